@@ -1,0 +1,34 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+namespace brdfit::cli {
+
+/// Options every sub-command has.
+struct Globals {
+    std::string device; ///< --device: index or part of a name; empty: the default
+    bool quiet = false;
+    bool verbose = false;
+};
+
+/// Runs the chosen sub-command; returns the exit status.
+using Action = std::function<int()>;
+
+/// Each adds its sub-command to `app` and, when it is chosen, sets `action`. One file each.
+using AddCommand = void (*)(CLI::App& app, const Globals& globals, Action& action);
+void add_devices(CLI::App& app, const Globals& globals, Action& action);
+void add_models(CLI::App& app, const Globals& globals, Action& action);
+void add_info(CLI::App& app, const Globals& globals, Action& action);
+void add_synth(CLI::App& app, const Globals& globals, Action& action);
+void add_convert(CLI::App& app, const Globals& globals, Action& action);
+void add_fit(CLI::App& app, const Globals& globals, Action& action);
+void add_eval(CLI::App& app, const Globals& globals, Action& action);
+void add_demo(CLI::App& app, const Globals& globals, Action& action);
+
+/// Runs the program: parses the command line, runs the command, turns errors into messages.
+/// Returns 0, 1 (bad input or failed job) or 2 (wrong usage).
+int run(int argc, char** argv);
+
+} // namespace brdfit::cli

@@ -1,0 +1,3 @@
+#include "host/cli/command.hpp"
+
+int main(int argc, char** argv) { return brdfit::cli::run(argc, argv); }

@@ -1,0 +1,64 @@
+#include "host/cli/command.hpp"
+#include "host/error.hpp"
+#include "host/file.hpp"
+#include "host/version.hpp"
+
+#include <exception>
+#include <new>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+namespace brdfit::cli {
+
+namespace {
+
+constexpr AddCommand commands[] = {add_devices, add_models, add_info, add_synth,
+                                   add_convert, add_fit,    add_eval, add_demo};
+
+constexpr int bad_input = 1, wrong_usage = 2;
+
+} // namespace
+
+int run(int argc, char** argv) {
+    remove_temporaries_on_signals();
+    auto log = spdlog::stderr_color_mt("brdfit");
+    log->set_pattern("brdfit: %^%l%$: %v");
+    spdlog::set_default_logger(log);
+
+    Globals globals;
+    Action action;
+    CLI::App app{"brdfit: evaluates BRDF models and fits them to measured reflectance with OpenCL"};
+    app.set_version_flag("--version", version);
+    app.require_subcommand(1);
+    app.fallthrough();
+    app.add_option("--device", globals.device, "OpenCL device: its index or a part of its name");
+    auto* quiet = app.add_flag("-q,--quiet", globals.quiet, "only errors and results");
+    app.add_flag("-v,--verbose", globals.verbose, "say what is done and how fast")->excludes(quiet);
+    for (AddCommand add : commands)
+        add(app, globals, action);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : wrong_usage;
+    }
+    spdlog::set_level(globals.quiet     ? spdlog::level::err
+                      : globals.verbose ? spdlog::level::debug
+                                        : spdlog::level::info);
+    try {
+        return action();
+    } catch (const UsageError& error) {
+        spdlog::error("{}", error.what());
+        return wrong_usage;
+    } catch (const InputError& error) {
+        spdlog::error("{}", error.what());
+        return bad_input;
+    } catch (const std::bad_alloc&) {
+        spdlog::error("out of memory");
+        return bad_input;
+    } catch (const std::exception& error) {
+        spdlog::error("{}", error.what());
+        return bad_input;
+    }
+}
+
+} // namespace brdfit::cli

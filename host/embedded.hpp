@@ -1,0 +1,14 @@
+#pragma once
+
+namespace brdfit {
+
+/// A text file built into the program.
+struct EmbeddedFile {
+    const char* name; ///< path below its folder; null ends the list
+    const char* text;
+};
+
+extern const EmbeddedFile embedded_kernels[]; ///< kernels/
+extern const EmbeddedFile embedded_demo[];    ///< host/cli/demo/: materials of the demo
+
+} // namespace brdfit

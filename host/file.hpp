@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+namespace brdfit {
+
+/// The bytes of an existing file, mapped read-only.
+/// Throws InputError naming the path when it is missing, a directory, unreadable or empty.
+class MappedFile {
+  public:
+    explicit MappedFile(const std::string& path);
+    ~MappedFile();
+    MappedFile(const MappedFile&) = delete;
+    MappedFile& operator=(const MappedFile&) = delete;
+
+    std::string_view bytes() const { return {data_, size_}; }
+    const std::string& path() const { return path_; }
+
+  private:
+    std::string path_;
+    const char* data_ = nullptr;
+    std::size_t size_ = 0;
+};
+
+/// A file that appears under its name only when it is whole: bytes go to a temporary file beside
+/// it, commit() renames. Without commit(), and on SIGINT, SIGTERM or SIGHUP, nothing stays behind.
+/// Devices and pipes (/dev/stdout) are written to directly.
+/// Throws InputError naming the path when it cannot be created, written or renamed.
+class OutputFile {
+  public:
+    explicit OutputFile(const std::string& path);
+    ~OutputFile();
+    OutputFile(const OutputFile&) = delete;
+    OutputFile& operator=(const OutputFile&) = delete;
+
+    void write(const void* data, std::size_t bytes);
+    void write(std::string_view text) { write(text.data(), text.size()); }
+    void commit();
+
+  private:
+    [[noreturn]] void fail(const char* action, int error);
+    std::string path_, temporary_;
+    std::FILE* file_ = nullptr;
+    int slot_ = -1;
+};
+
+/// Installs the signal handlers that remove temporary files before the program dies of the signal.
+void remove_temporaries_on_signals();
+
+/// Creates a folder and its parents. Throws InputError when it cannot be made or written to.
+void make_output_folder(const std::string& path);
+
+/// SHA-256 of the bytes, 64 hexadecimal digits.
+std::string sha256(std::string_view bytes);
+
+} // namespace brdfit

@@ -1,0 +1,151 @@
+#include "host/model/catalogue.hpp"
+
+#include "host/error.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace brdfit {
+
+namespace {
+
+const Parameter f0{"f0", 0, 1, 0.5, Scale::Linear};
+const Parameter m{"m", 1e-3, 10, 0.2, Scale::Log};
+const Parameter mx{"mx", 1e-3, 10, 0.2, Scale::Log};
+const Parameter my{"my", 1e-3, 10, 0.2, Scale::Log};
+const Parameter alpha{"alpha", 0, 2, 0.1, Scale::Linear};
+const Parameter n{"n", 0, 1e6, 50, Scale::Log1p};
+const Parameter nu{"nu", 0, 1e6, 50, Scale::Log1p};
+const Parameter nv{"nv", 0, 1e6, 50, Scale::Log1p};
+
+const char* const kurt_paper = "Kurt, Szirmay-Kalos, Krivanek 2010";
+const char* const as_paper = "Ashikhmin, Shirley 2000";
+
+std::vector<Model> make_catalogue() {
+    const std::string kurt = kurt_paper;
+    const std::string as = as_paper;
+    // name, kind, coupled lobe, shape, equation, isotropic and anisotropic parameters, planes of
+    // either form, reciprocal, conserves energy
+    return {
+        {"lambert", Kind::Diffuse, "", "1 / pi", "Lambert 1760", {}, {}, 0, 0, true, true},
+        {"kurt",
+         Kind::Lobe,
+         "",
+         "F D / (4 c (iz oz)^alpha)",
+         kurt + ", Eq. 10, 11, 14",
+         {f0, m, alpha},
+         {f0, mx, my, alpha},
+         4,
+         5,
+         true,
+         false},
+        {"kurt-coupled",
+         Kind::DiffuseAndLobe,
+         "kurt",
+         "(1 - F) / pi, F of the first lobe, with kurt lobes",
+         kurt + ", Eq. 13, 14",
+         {},
+         {},
+         1,
+         1,
+         true,
+         false},
+        {"kurt-plausible",
+         Kind::Lobe,
+         "",
+         "F D / (4 c max(iz, oz))",
+         kurt + ", Eq. 9",
+         {f0, m},
+         {f0, mx, my},
+         3,
+         4,
+         true,
+         false},
+        {"ward",
+         Kind::Lobe,
+         "",
+         "exp(-tan^2 (cos^2/mx^2 + sin^2/my^2)) / (4 pi mx my sqrt(iz oz))",
+         "Ward 1992, Eq. 5a",
+         {m},
+         {mx, my},
+         2,
+         3,
+         true,
+         false},
+        {"ward-duer",
+         Kind::Lobe,
+         "",
+         "exp(-tan^2 (cos^2/mx^2 + sin^2/my^2)) / (4 pi mx my iz oz)",
+         "Duer 2005",
+         {m},
+         {mx, my},
+         2,
+         3,
+         true,
+         false},
+        {"cook-torrance",
+         Kind::Lobe,
+         "",
+         "F D G / (4 iz oz), G = min(1, 2 hz oz/c, 2 hz iz/c)",
+         "Cook, Torrance 1981",
+         {f0, m},
+         {f0, m},
+         3,
+         3,
+         true,
+         true},
+        {"ashikhmin-shirley",
+         Kind::Lobe,
+         "",
+         "sqrt((nu+1)(nv+1)) / (8 pi) hz^e F / (c max(iz, oz)), e = (nu h.x^2 + nv h.y^2)/(1-hz^2)",
+         as + ", Eq. 4",
+         {f0, n},
+         {f0, nu, nv},
+         3,
+         4,
+         true,
+         true},
+        {"blinn-phong",
+         Kind::Lobe,
+         "",
+         "(n+2) / (2 pi) hz^n",
+         "Blinn 1977",
+         {n},
+         {n},
+         1,
+         1,
+         true,
+         false},
+    };
+}
+
+} // namespace
+
+std::string Model::identifier() const {
+    std::string text = name;
+    std::replace(text.begin(), text.end(), '-', '_');
+    return text;
+}
+
+const std::vector<Model>& catalogue() {
+    static const std::vector<Model> models = make_catalogue();
+    return models;
+}
+
+const Model* find_model(const std::string& name) {
+    for (const Model& model : catalogue())
+        if (model.name == name)
+            return &model;
+    return nullptr;
+}
+
+const Model& model_named(const std::string& name) {
+    if (const Model* model = find_model(name))
+        return *model;
+    std::string known;
+    for (const Model& model : catalogue())
+        known += (known.empty() ? "" : ", ") + model.name;
+    throw UsageError(fmt::format("unknown model '{}'; known: {}", name, known));
+}
+
+} // namespace brdfit

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace brdfit {
+
+/// How a parameter is spaced in searches and in the optimiser's coordinates.
+enum class Scale {
+    Linear,
+    Log,  ///< roughness: x = log(p)
+    Log1p ///< exponents from 0: x = log(1 + p)
+};
+
+/// A non-linear parameter of a lobe.
+struct Parameter {
+    std::string name;
+    double lower, upper; ///< closed range
+    double start;        ///< a typical value
+    Scale scale;
+};
+
+/// What a model is in a material.
+enum class Kind {
+    Lobe,           ///< a specular lobe g(wi, wo; theta)
+    Diffuse,        ///< a diffuse shape
+    DiffuseAndLobe, ///< names a diffuse shape that goes with the lobe model `lobe`
+};
+
+/// One model: everything the host knows of it. Its value and derivatives are in
+/// kernels/models/NAME.cl, which defines (with '-' as '_')
+///     NAME_prepare(geometry, real plane[])               quantities of the directions alone
+///     real NAME(const real plane[], theta, real d[])     value, and derivative by each parameter
+struct Model {
+    std::string name;
+    Kind kind;
+    std::string lobe;     ///< DiffuseAndLobe: the lobe model it is coupled with
+    std::string shape;    ///< g, or the diffuse shape, for people
+    std::string equation; ///< paper and equation
+    /// Isotropic and anisotropic form; equal where the model has one form only.
+    std::vector<Parameter> isotropic, anisotropic;
+    /// Planes that NAME_prepare fills in the isotropic and the anisotropic form.
+    int isotropic_planes, anisotropic_planes;
+    bool reciprocal;
+    bool conserves_energy; ///< R <= 1 for every parameter in range, ks = f0 = 1 (Kind::Lobe)
+
+    const std::vector<Parameter>& parameters(bool iso) const {
+        return iso ? isotropic : anisotropic;
+    }
+    int planes(bool iso) const { return iso ? isotropic_planes : anisotropic_planes; }
+    /// Whether theta[0] is f0, of which g is an affine function (Schlick's F).
+    bool fresnel() const { return !isotropic.empty() && isotropic[0].name == "f0"; }
+    /// The name as an OpenCL C identifier.
+    std::string identifier() const;
+};
+
+/// All models, in the order they are listed.
+const std::vector<Model>& catalogue();
+/// The model of that name, or nullptr.
+const Model* find_model(const std::string& name);
+/// The model of that name. Throws UsageError listing the known names.
+const Model& model_named(const std::string& name);
+
+} // namespace brdfit
