@@ -1,0 +1,40 @@
+#pragma once
+
+#include <CL/opencl.hpp>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace brdfit {
+
+/// How kernels are written for a device: vectors and one item a group on a CPU, scalars and many
+/// items a group on a GPU. The macros of the same names in kernels/common.cl.
+struct Form {
+    int vector_width; ///< V: samples a work-item handles at once, a power of 2 up to 16
+    int local_size;   ///< LS: work-items a group, a power of 2
+    int block;        ///< samples a group, a multiple of V * LS
+};
+
+/// An OpenCL device with its context and queue, and the limits the project minds.
+struct Device {
+    int index = 0; ///< in list_devices()
+    std::string name, platform, vendor, version, driver;
+    bool cpu = false;
+    unsigned compute_units = 0;
+    std::size_t max_group = 0, local_memory = 0, global_memory = 0, max_allocation = 0;
+    Form form{};
+    cl::Device handle;
+    cl::Context context;
+    cl::CommandQueue queue;
+};
+
+/// Every OpenCL device, without context and queue. Empty where there is none.
+std::vector<Device> list_devices();
+/// Index of the default in `devices`: the first GPU, otherwise the first device.
+std::size_t default_device(const std::vector<Device>& devices);
+/// The device chosen by `wish`: an index, a part of its name (any case), or empty for the default;
+/// with context and queue. Throws InputError, naming the package to install, where there is no
+/// device at all, UsageError listing the devices where none or several match.
+Device open_device(const std::string& wish = "");
+
+} // namespace brdfit
