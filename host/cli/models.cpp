@@ -1,0 +1,109 @@
+#include "host/cli/command.hpp"
+#include "host/model/catalogue.hpp"
+
+#include <fmt/format.h>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+namespace brdfit::cli {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* scale_name(Scale scale) {
+    switch (scale) {
+    case Scale::Log:
+        return "log";
+    case Scale::Log1p:
+        return "log1p";
+    case Scale::Linear:
+        break;
+    }
+    return "linear";
+}
+
+Json to_json(const std::vector<Parameter>& parameters) {
+    Json list = Json::array();
+    for (const Parameter& p : parameters)
+        list.push_back({{"name", p.name},
+                        {"lower", p.lower},
+                        {"upper", p.upper},
+                        {"default", p.start},
+                        {"scale", scale_name(p.scale)}});
+    return list;
+}
+
+Json to_json(const Model& model) {
+    Json json = {{"name", model.name}, {"kind", model.kind == Kind::Lobe ? "lobe" : "diffuse"}};
+    if (!model.lobe.empty())
+        json["lobe"] = model.lobe;
+    json["shape"] = model.shape;
+    json["equation"] = model.equation;
+    json["reciprocal"] = model.reciprocal;
+    json["conserves_energy"] = model.conserves_energy;
+    json["isotropic"] = to_json(model.isotropic);
+    json["anisotropic"] = to_json(model.anisotropic);
+    return json;
+}
+
+bool lists(const std::vector<Parameter>& parameters, const std::string& name) {
+    for (const Parameter& p : parameters)
+        if (p.name == name)
+            return true;
+    return false;
+}
+
+void print(const Parameter& p, const char* note) {
+    fmt::print("  {:<8} [{:g}, {:g}], default {:g}{}\n", p.name, p.lower, p.upper, p.start, note);
+}
+
+/// One model as a block: what it is, its formula, its source, then a line for each parameter.
+void print(const Model& model) {
+    fmt::print("{:<20} {}, {}reciprocal, {}\n", model.name,
+               model.kind == Kind::Lobe ? "lobe" : "diffuse", model.reciprocal ? "" : "not ",
+               model.conserves_energy ? "conserves energy" : "may exceed an albedo of 1");
+    fmt::print("  {}\n  {}\n", model.shape, model.equation);
+    for (const Parameter& p : model.isotropic)
+        print(p, lists(model.anisotropic, p.name) ? "" : ", isotropic form");
+    for (const Parameter& p : model.anisotropic)
+        if (!lists(model.isotropic, p.name))
+            print(p, ", anisotropic form");
+}
+
+} // namespace
+
+void add_models(CLI::App& app, const Globals&, Action& action) {
+    struct Options {
+        std::string name;
+        bool json = false;
+    };
+    auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand(
+        "models", "List the models: parameters, bounds, defaults, equation, paper");
+    command->add_option("NAME", options->name, "only this model");
+    command->add_flag("--json", options->json,
+                      "print JSON: an array with an object for each model");
+    command->footer("Example:\n  brdfit models kurt");
+    command->callback([options, &action] {
+        action = [options] {
+            std::vector<Model> chosen = catalogue();
+            if (!options->name.empty())
+                chosen = {model_named(options->name)};
+            if (options->json) {
+                Json json = Json::array();
+                for (const Model& model : chosen)
+                    json.push_back(to_json(model));
+                fmt::print("{}\n", json.dump(2));
+                return 0;
+            }
+            for (std::size_t i = 0; i < chosen.size(); ++i) {
+                fmt::print("{}", i == 0 ? "" : "\n");
+                print(chosen[i]);
+            }
+            return 0;
+        };
+    });
+}
+
+} // namespace brdfit::cli

@@ -1,0 +1,420 @@
+#include "host/model/material.hpp"
+
+#include "host/error.hpp"
+#include "host/file.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <set>
+
+namespace brdfit {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t max_channels = 4096;
+constexpr std::size_t max_bytes = std::size_t{16} << 20;
+constexpr int max_depth = 32; // copying and printing JSON recurse
+constexpr std::size_t line_width = 100;
+
+/// `text` shortened to what a message can hold, never within a UTF-8 character.
+std::string shortened(std::string text, std::size_t length = 60) {
+    if (text.size() <= length)
+        return text;
+    while (length > 0 && (static_cast<unsigned char>(text[length]) & 0xC0) == 0x80)
+        --length;
+    text.resize(length);
+    return text + "...";
+}
+
+/// A key as it stands in a path: as it is when it is a plain word, otherwise quoted.
+std::string shown_key(const std::string& key) {
+    const bool plain = !key.empty() && std::all_of(key.begin(), key.end(), [](unsigned char c) {
+        return std::isalnum(c) != 0 || c == '_' || c == '-';
+    });
+    return shortened(plain ? key : Json(key).dump());
+}
+
+/// A value as a message shows it.
+std::string shown(const Json& value) {
+    if (value.is_object())
+        return "an object";
+    return value.is_array() ? "an array" : shortened(value.dump());
+}
+
+/// Where in which file: the source's name and the path of keys.
+struct Place {
+    const std::string& source;
+    std::string path;
+
+    Place member(const std::string& key) const {
+        return {source, path + (path.empty() ? "" : ".") + shown_key(key)};
+    }
+    Place element(std::size_t i) const { return {source, fmt::format("{}[{}]", path, i)}; }
+
+    [[noreturn]] void fail(const std::string& problem) const {
+        throw InputError(path.empty() ? fmt::format("{}: {}", source, problem)
+                                      : fmt::format("{}: {}: {}", source, path, problem));
+    }
+    [[noreturn]] void fail(const Json& value, const std::string& expected) const {
+        fail(fmt::format("is {}; expected {}", shown(value), expected));
+    }
+};
+
+/// Refuses what the parser accepts silently: a key given twice, and nesting too deep for the
+/// recursions of whoever copies or prints the result.
+class Guard {
+  public:
+    explicit Guard(const std::string& source) : source_(source) {}
+
+    bool operator()(int depth, Json::parse_event_t event, const Json& parsed) {
+        using Event = Json::parse_event_t;
+        switch (event) {
+        case Event::key:
+            open_.back().key = parsed.get<std::string>();
+            if (!open_.back().keys.insert(open_.back().key).second)
+                place().fail("is given twice; expected once");
+            break;
+        case Event::object_start:
+        case Event::array_start:
+            count_element();
+            if (depth >= max_depth)
+                Place{source_, ""}.fail(
+                    fmt::format("is nested too deeply; expected at most {} levels", max_depth));
+            open_.push_back({event == Event::array_start, {}, {}, 0});
+            break;
+        case Event::value:
+            count_element();
+            break;
+        case Event::object_end:
+        case Event::array_end:
+            open_.pop_back();
+            break;
+        }
+        return true;
+    }
+
+  private:
+    struct Container {
+        bool array;
+        std::string key;
+        std::set<std::string> keys;
+        std::size_t elements;
+    };
+
+    void count_element() {
+        if (!open_.empty())
+            ++open_.back().elements;
+    }
+    Place place() const {
+        Place at{source_, ""};
+        for (const Container& container : open_)
+            at.path = container.array ? at.element(container.elements - 1).path
+                                      : at.member(container.key).path;
+        return at;
+    }
+
+    const std::string& source_;
+    std::vector<Container> open_;
+};
+
+Json parse_json(const std::string& text, const std::string& source) {
+    try {
+        return Json::parse(text, Guard(source));
+    } catch (const Json::exception& error) {
+        std::string what = error.what(); // "[json.exception.NAME.ID] message"
+        const auto end = what.find("] ");
+        if (end != std::string::npos)
+            what.erase(0, end + 2);
+        throw InputError(
+            fmt::format("{}: is no JSON: {}; expected a material", source, shortened(what, 200)));
+    }
+}
+
+void check_object(const Json& value, const Place& at, const std::string& expected) {
+    if (!value.is_object())
+        at.fail(value, expected);
+}
+
+void check_keys(const Json& object, const Place& at, const std::vector<std::string>& allowed) {
+    for (const auto& [key, value] : object.items())
+        if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
+            at.member(key).fail(
+                fmt::format("is an unknown key; expected one of {}", fmt::join(allowed, ", ")));
+}
+
+const Json& required(const Json& object, const Place& at, const std::string& key,
+                     const std::string& expected) {
+    const auto found = object.find(key);
+    if (found == object.end())
+        at.member(key).fail("is missing; expected " + expected);
+    return *found;
+}
+
+double parse_number(const Json& value, const Place& at, double lower, double upper) {
+    const double number = value.is_number() ? value.get<double>() : std::nan("");
+    if (!(number >= lower && number <= upper))
+        at.fail(value, fmt::format("a number in [{:.6g}, {:.6g}]", lower, upper));
+    return number;
+}
+
+/// kd or ks: a strength for each channel. Kernels hold it as float32.
+std::vector<double> parse_strengths(const Json& object, const Place& at, const std::string& key,
+                                    std::size_t channels) {
+    const std::string expected =
+        channels == 1 ? "an array of 1 number, for the channel"
+                      : fmt::format("an array of {} numbers, one a channel", channels);
+    const Json& values = required(object, at, key, expected);
+    const Place here = at.member(key);
+    if (!values.is_array())
+        here.fail(values, expected);
+    if (values.size() != channels)
+        here.fail(fmt::format("has {} values; expected {}", values.size(), expected));
+    std::vector<double> strengths;
+    for (std::size_t i = 0; i < channels; ++i)
+        strengths.push_back(
+            parse_number(values[i], here.element(i), 0, std::numeric_limits<float>::max()));
+    return strengths;
+}
+
+/// The model an object names, when its kind is `lobe` (a lobe) or not (a diffuse shape).
+const Model& parse_model(const Json& object, const Place& at, bool lobe) {
+    std::vector<std::string> known;
+    for (const Model& model : catalogue())
+        if ((model.kind == Kind::Lobe) == lobe)
+            known.push_back(model.name);
+    const std::string expected =
+        fmt::format("a {} model: {}", lobe ? "lobe" : "diffuse", fmt::join(known, ", "));
+    const Json& name = required(object, at, "model", expected);
+    if (!name.is_string() || std::find(known.begin(), known.end(), name) == known.end())
+        at.member("model").fail(name, expected);
+    return *find_model(name.get<std::string>());
+}
+
+std::vector<std::string> names(const std::vector<Parameter>& parameters) {
+    std::vector<std::string> list;
+    for (const Parameter& parameter : parameters)
+        list.push_back(parameter.name);
+    return list;
+}
+
+/// What `list` has and `other` has not, in order.
+std::vector<std::string> without(const std::vector<std::string>& list,
+                                 const std::vector<std::string>& other) {
+    std::vector<std::string> rest;
+    for (const std::string& name : list)
+        if (std::find(other.begin(), other.end(), name) == other.end())
+            rest.push_back(name);
+    return rest;
+}
+
+/// Whether the lobe gives its parameters in the isotropic form. Both forms at once are an error.
+bool parse_form(const Json& object, const Place& at, const Model& model) {
+    const std::vector<std::string> isotropic = names(model.isotropic);
+    const std::vector<std::string> anisotropic = names(model.anisotropic);
+    const std::vector<std::string> one = without(isotropic, anisotropic);
+    const std::vector<std::string> two = without(anisotropic, isotropic);
+    const auto given = [&](const std::vector<std::string>& list) {
+        return std::find_if(list.begin(), list.end(),
+                            [&](const std::string& name) { return object.contains(name); });
+    };
+    const auto first = given(one), second = given(two);
+    const std::string expected =
+        fmt::format("either {} or {}", fmt::join(one, ", "), fmt::join(two, " and "));
+    if (first != one.end() && second != two.end())
+        at.member(*second).fail(fmt::format("stands beside {}; expected {}", *first, expected));
+    if (!one.empty() && first == one.end() && second == two.end())
+        at.member(one.front()).fail("is missing; expected " + expected);
+    return second == two.end();
+}
+
+Lobe parse_lobe(const Json& object, const Place& at, std::size_t channels) {
+    check_object(object, at, "an object that describes a lobe");
+    Lobe lobe;
+    lobe.model = &parse_model(object, at, true);
+    std::vector<std::string> keys = {"model", "ks"};
+    for (const auto* parameters : {&lobe.model->isotropic, &lobe.model->anisotropic})
+        for (const std::string& name : without(names(*parameters), keys))
+            keys.push_back(name);
+    check_keys(object, at, keys);
+    lobe.ks = parse_strengths(object, at, "ks", channels);
+    lobe.isotropic = parse_form(object, at, *lobe.model);
+    for (const Parameter& p : lobe.model->parameters(lobe.isotropic)) {
+        const Json& value = required(object, at, p.name,
+                                     fmt::format("a number in [{:.6g}, {:.6g}]", p.lower, p.upper));
+        lobe.theta.push_back(parse_number(value, at.member(p.name), p.lower, p.upper));
+    }
+    return lobe;
+}
+
+std::vector<std::string> parse_channels(const Json& material, const Place& at) {
+    const std::string expected = "an array of channel names";
+    const Json& values = required(material, at, "channels", expected);
+    const Place here = at.member("channels");
+    if (!values.is_array())
+        here.fail(values, expected);
+    if (values.empty() || values.size() > max_channels)
+        here.fail(fmt::format("has {} names; expected 1 to {}", values.size(), max_channels));
+    std::vector<std::string> channels;
+    std::set<std::string> seen;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        // Names head the columns of .csv files, hence the characters they may not have.
+        const std::string name = values[i].is_string() ? values[i].get<std::string>() : "";
+        const bool plain = std::none_of(name.begin(), name.end(), [](unsigned char c) {
+            return c < 0x20 || c == 0x7F || c == ',' || c == '"';
+        });
+        if (name.empty() || !plain)
+            here.element(i).fail(values[i],
+                                 "a channel's name without commas, quotes or control characters");
+        if (!seen.insert(name).second)
+            here.element(i).fail(values[i], "a name no other channel has");
+        channels.push_back(name);
+    }
+    return channels;
+}
+
+/// For each parameter of the anisotropic form, the index of the one it comes from in the isotropic
+/// form: where the names part, one roughness stands for two.
+std::vector<std::size_t> isotropic_index(const Model& model) {
+    std::vector<std::size_t> index;
+    std::size_t i = 0;
+    for (const Parameter& parameter : model.anisotropic) {
+        const bool second = !index.empty() && index.back() == i;
+        index.push_back(i);
+        if (second || parameter.name == model.isotropic[i].name)
+            ++i;
+    }
+    return index;
+}
+
+std::string one_line(const Json& value) {
+    if (!value.is_structured())
+        return value.dump();
+    std::string text;
+    for (const auto& [key, element] : value.items())
+        text += (text.empty() ? "" : ", ") +
+                (value.is_object() ? Json(key).dump() + ": " : std::string()) + one_line(element);
+    return value.is_object() ? "{" + text + "}" : "[" + text + "]";
+}
+
+/// JSON for people: what fits is on one line, and so is every array of plain values.
+std::string pretty(const Json& value, std::size_t indent = 0) {
+    const std::string line = one_line(value);
+    const bool flat = value.is_array() && std::none_of(value.begin(), value.end(),
+                                                       [](auto& e) { return e.is_structured(); });
+    if (flat || !value.is_structured() || (indent > 0 && indent + line.size() <= line_width))
+        return line;
+    const std::string margin(indent + 2, ' ');
+    std::string text;
+    for (const auto& [key, element] : value.items())
+        text += (text.empty() ? "\n" : ",\n") + margin +
+                (value.is_object() ? Json(key).dump() + ": " : std::string()) +
+                pretty(element, indent + 2);
+    text += "\n" + std::string(indent, ' ');
+    return value.is_object() ? "{" + text + "}" : "[" + text + "]";
+}
+
+} // namespace
+
+std::vector<double> Lobe::anisotropic_theta() const {
+    if (!isotropic)
+        return theta;
+    std::vector<double> both;
+    for (std::size_t i : isotropic_index(*model))
+        both.push_back(theta[i]);
+    return both;
+}
+
+bool Material::isotropic() const {
+    return std::all_of(lobes.begin(), lobes.end(), [](const Lobe& lobe) {
+        const std::vector<double> theta = lobe.anisotropic_theta();
+        const std::vector<std::size_t> index = isotropic_index(*lobe.model);
+        for (std::size_t a = 1; a < index.size(); ++a)
+            if (index[a] == index[a - 1] && theta[a] != theta[a - 1])
+                return false;
+        return true;
+    });
+}
+
+Material parse_material(const std::string& text, const std::string& source) {
+    const Json json = parse_json(text, source);
+    const Place top{source, ""};
+    check_object(json, top, "an object that describes a material");
+    const std::string format = "1, the version of the material format";
+    if (const Json& number = required(json, top, "brdfit", format); number != 1)
+        top.member("brdfit").fail(number, format);
+    check_keys(json, top, {"brdfit", "channels", "diffuse", "lobes", "fit"});
+
+    Material material;
+    material.channels = parse_channels(json, top);
+    const std::size_t channels = material.channels.size();
+
+    const std::string diffuse_expected = "an object with model and kd (0 where nothing is diffuse)";
+    const Json& diffuse = required(json, top, "diffuse", diffuse_expected);
+    const Place diffuse_place = top.member("diffuse");
+    check_object(diffuse, diffuse_place, diffuse_expected);
+    material.diffuse = &parse_model(diffuse, diffuse_place, false);
+    check_keys(diffuse, diffuse_place, {"model", "kd"});
+    material.kd = parse_strengths(diffuse, diffuse_place, "kd", channels);
+
+    const std::string lobes_expected = fmt::format("an array of 0 to {} lobes", max_lobes);
+    const Json& lobes = required(json, top, "lobes", lobes_expected);
+    const Place lobes_place = top.member("lobes");
+    if (!lobes.is_array())
+        lobes_place.fail(lobes, lobes_expected);
+    if (lobes.size() > max_lobes)
+        lobes_place.fail(fmt::format("has {} lobes; expected at most {}", lobes.size(), max_lobes));
+    for (std::size_t i = 0; i < lobes.size(); ++i)
+        material.lobes.push_back(parse_lobe(lobes[i], lobes_place.element(i), channels));
+
+    if (const std::string& lobe = material.diffuse->lobe;
+        !lobe.empty() && (material.lobes.empty() || material.lobes[0].model->name != lobe))
+        diffuse_place.member("model").fail(
+            diffuse["model"],
+            fmt::format("a diffuse model that goes with {}; this one needs a first lobe of {}",
+                        material.lobes.empty() ? "no lobe" : material.lobes[0].model->name, lobe));
+
+    if (const auto fit = json.find("fit"); fit != json.end()) {
+        check_object(*fit, top.member("fit"), "an object");
+        material.fit = *fit;
+    }
+    return material;
+}
+
+Material read_material(const std::string& path) {
+    const MappedFile file(path);
+    if (file.bytes().size() > max_bytes)
+        throw InputError(fmt::format("{}: has {} bytes; expected a material file of at most {}",
+                                     path, file.bytes().size(), max_bytes));
+    return parse_material(std::string(file.bytes()), path);
+}
+
+nlohmann::ordered_json to_json(const Material& material) {
+    Json json;
+    json["brdfit"] = 1;
+    json["channels"] = material.channels;
+    json["diffuse"] = {{"model", material.diffuse->name}, {"kd", material.kd}};
+    json["lobes"] = Json::array();
+    for (const Lobe& lobe : material.lobes) {
+        Json entry = {{"model", lobe.model->name}, {"ks", lobe.ks}};
+        const std::vector<Parameter>& parameters = lobe.model->parameters(lobe.isotropic);
+        for (std::size_t i = 0; i < parameters.size(); ++i)
+            entry[parameters[i].name] = lobe.theta[i];
+        json["lobes"].push_back(std::move(entry));
+    }
+    if (!material.fit.is_null())
+        json["fit"] = material.fit;
+    return json;
+}
+
+void write_material(const Material& material, const std::string& path) {
+    OutputFile file(path);
+    file.write(pretty(to_json(material)) + "\n");
+    file.commit();
+}
+
+} // namespace brdfit
