@@ -1,0 +1,326 @@
+#include "fit/objective.hpp"
+
+#include "host/device/buffer.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace brdfit {
+
+namespace {
+
+// Up to here one pass gathers error and gradient; beyond, accumulators spill and two passes are faster.
+constexpr std::size_t most_fused_sums = 40;
+// Where the reference explains this much less than the solution, the sums cancel: ask once more.
+constexpr double stale_reference = 30;
+
+std::size_t triangle(int n) { return static_cast<std::size_t>(n) * (static_cast<std::size_t>(n) + 1) / 2; }
+
+} // namespace
+
+std::shared_ptr<const FitProgram> ProgramCache::get(const Structure& structure, int channels,
+                                                    int chunk) {
+    const std::string key = fmt::format("{} {} {} {}", structure.name(), structure.isotropic,
+                                        channels, chunk);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (const Entry& entry : entries_)
+        if (entry.key == key)
+            return entry.program;
+    auto program = std::make_shared<FitProgram>(FitProgram{
+        structure, layout_of(structure), build_program(device_, structure, channels, chunk)});
+    entries_.push_back({key, program});
+    return program;
+}
+
+Objective::Objective(const Device& device, std::shared_ptr<const FitProgram> program,
+                     const DeviceSamples& samples)
+    : device_(device), program_(std::move(program)), samples_(samples),
+      reference_error_(std::numeric_limits<double>::infinity()) {
+    const StructureLayout& l = layout();
+    const std::size_t all_channels = static_cast<std::size_t>(samples_.chunk * samples_.chunks);
+    planes_ = make_buffer(device_, static_cast<std::size_t>(l.planes) * samples_.stride * sizeof(float));
+    theta_ = make_buffer(device_, std::max<std::size_t>(l.parameters.size(), 1) * sizeof(float),
+                         CL_MEM_READ_ONLY);
+    coefficient_buffer_ = make_buffer(
+        device_, all_channels * static_cast<std::size_t>(l.basis) * sizeof(float), CL_MEM_READ_ONLY);
+    reference_ = Coefficients::Zero(samples_.channels, l.basis);
+    coefficients_ = reference_;
+
+    const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    const auto local = static_cast<std::size_t>(device_.form.local_size);
+    cl::Kernel& prepare = kernel("prepare");
+    prepare.setArg(0, samples_.directions);
+    prepare.setArg(1, static_cast<cl_uint>(samples_.pairs));
+    prepare.setArg(2, samples_.index);
+    prepare.setArg(3, planes_);
+    prepare.setArg(4, static_cast<cl_uint>(samples_.stride / width));
+    device_.queue.enqueueNDRangeKernel(prepare, cl::NullRange,
+                                       cl::NDRange(padded(samples_.stride / width, local)),
+                                       cl::NDRange(local));
+    device_.queue.finish();
+}
+
+cl::Kernel& Objective::kernel(const char* name) {
+    for (auto& entry : kernels_)
+        if (std::strcmp(entry.first, name) == 0)
+            return entry.second;
+    kernels_.emplace_back(name, cl::Kernel(program_->program, name));
+    return kernels_.back().second;
+}
+
+void Objective::upload_parameters(const std::vector<double>& theta, const Coefficients& a) {
+    staged_theta_.assign(theta.begin(), theta.end());
+    staged_coefficients_.assign(
+        static_cast<std::size_t>(samples_.chunk * samples_.chunks * layout().basis), 0.0F);
+    for (Eigen::Index i = 0; i < a.size(); ++i)
+        staged_coefficients_[static_cast<std::size_t>(i)] = static_cast<float>(a.data()[i]);
+    if (!staged_theta_.empty())
+        device_.queue.enqueueWriteBuffer(theta_, CL_FALSE, 0, staged_theta_.size() * sizeof(float),
+                                         staged_theta_.data());
+    device_.queue.enqueueWriteBuffer(coefficient_buffer_, CL_FALSE, 0,
+                                     staged_coefficients_.size() * sizeof(float),
+                                     staged_coefficients_.data());
+}
+
+Objective::Reduced Objective::run(const char* name, const std::vector<double>& theta,
+                                  const Coefficients& a, std::size_t sums, bool chunked,
+                                  bool raw_weights) {
+    const auto started = std::chrono::steady_clock::now();
+    const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    const auto local = static_cast<std::size_t>(device_.form.local_size);
+    const std::size_t chunks = chunked ? static_cast<std::size_t>(samples_.chunks) : 1;
+    const std::size_t outputs = samples_.groups * chunks * sums;
+    if (outputs > out_size_) {
+        out_ = make_buffer(device_, outputs * sizeof(float), CL_MEM_WRITE_ONLY);
+        out_size_ = outputs;
+    }
+    upload_parameters(theta, a);
+    cl::Kernel& k = kernel(name);
+    cl_uint argument = 0;
+    k.setArg(argument++, planes_);
+    k.setArg(argument++, samples_.values);
+    if (raw_weights) {
+        k.setArg(argument++, samples_.solid_angle);
+        k.setArg(argument++, samples_.iz);
+    } else {
+        k.setArg(argument++, samples_.weights);
+    }
+    k.setArg(argument++, static_cast<cl_uint>(samples_.stride / width));
+    k.setArg(argument++, theta_);
+    k.setArg(argument++, coefficient_buffer_);
+    k.setArg(argument++, out_);
+    device_.queue.enqueueNDRangeKernel(k, cl::NullRange, cl::NDRange(samples_.groups * local, chunks),
+                                       cl::NDRange(local, 1));
+    staged_out_.resize(outputs);
+    device_.queue.enqueueReadBuffer(out_, CL_TRUE, 0, outputs * sizeof(float), staged_out_.data());
+
+    Reduced reduced{Eigen::ArrayXXd::Zero(static_cast<Eigen::Index>(sums),
+                                          static_cast<Eigen::Index>(chunks))};
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk)
+        for (std::size_t group = 0; group < samples_.groups; ++group)
+            reduced.sums.col(static_cast<Eigen::Index>(chunk)) +=
+                Eigen::Map<const Eigen::ArrayXf>(
+                    staged_out_.data() + (chunk * samples_.groups + group) * sums,
+                    static_cast<Eigen::Index>(sums))
+                    .cast<double>();
+    reduced.sums /= samples_.norm();
+    ++passes_;
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return reduced;
+}
+
+// Solves kd and ks of every channel from basis sums taken about reference_; returns the squared error.
+double Objective::solve(const Eigen::ArrayXXd& sums, Coefficients& a) const {
+    const int basis = layout().basis;
+    const auto gram_sums = static_cast<Eigen::Index>(triangle(basis));
+    SmallMatrix gram(basis, basis);
+    SmallVector projected(basis), reference(basis);
+    for (int j = 0, k = 0; j < basis; ++j)
+        for (int l = 0; l <= j; ++l, ++k)
+            gram(j, l) = gram(l, j) = sums(k, 0);
+    double error = 0;
+    a.resize(samples_.channels, basis);
+    for (int ch = 0; ch < samples_.channels; ++ch) {
+        const Eigen::Index chunk = ch / samples_.chunk;
+        const Eigen::Index first = gram_sums + (ch % samples_.chunk) * basis;
+        for (int j = 0; j < basis; ++j) {
+            projected[j] = sums(first + j, chunk);
+            reference[j] = reference_(ch, j);
+        }
+        // r'r is summed over the chunk's channels by the kernel: added once below.
+        const NonNegativeSolution solution = solve_nonnegative(gram, projected, 0, reference);
+        error += solution.squared_error;
+        a.row(ch) = solution.a.transpose();
+    }
+    return error + sums.row(gram_sums + samples_.chunk * basis).sum();
+}
+
+double Objective::projected_error(const std::vector<double>& theta, std::vector<double>* gradient) {
+    const int basis = layout().basis;
+    const int chunk = samples_.chunk;
+    const std::vector<DerivativeEntry>& entries = layout().entries;
+    const std::size_t basis_sums = triangle(basis) + static_cast<std::size_t>(chunk * basis) + 1;
+    const std::size_t gradient_sums = basis_sums + entries.size() * static_cast<std::size_t>(basis + chunk);
+    const bool fused = gradient != nullptr && samples_.chunks == 1 && gradient_sums <= most_fused_sums;
+    const char* const pass = fused ? "gradient_sums" : "basis_sums";
+    const std::size_t count = fused ? gradient_sums : basis_sums;
+
+    Reduced reduced = run(pass, theta, reference_, count, true, false);
+    double error = solve(reduced.sums, coefficients_);
+    const double about_reference =
+        reduced.sums.row(static_cast<Eigen::Index>(basis_sums) - 1).sum();
+    if (std::isfinite(error) && about_reference > stale_reference * std::max(error, 0.0)) {
+        reference_ = coefficients_;
+        reduced = run(pass, theta, reference_, count, true, false);
+        error = solve(reduced.sums, coefficients_);
+    }
+    if (!std::isfinite(error)) {
+        coefficients_.setZero();
+        if (gradient != nullptr)
+            gradient->assign(theta.size(), 0);
+        return error;
+    }
+    if (gradient != nullptr) {
+        gradient->assign(theta.size(), 0);
+        if (fused) {
+            const Coefficients change = coefficients_ - reference_;
+            for (std::size_t e = 0; e < entries.size(); ++e) {
+                const auto first =
+                    static_cast<Eigen::Index>(basis_sums + e * static_cast<std::size_t>(basis + chunk));
+                double sum = 0; // over channels of a W d_e r
+                for (int ch = 0; ch < samples_.channels; ++ch) {
+                    double residual = reduced.sums(first + basis + ch, 0);
+                    for (int j = 0; j < basis; ++j)
+                        residual -= change(ch, j) * reduced.sums(first + j, 0);
+                    sum += coefficients_(ch, entries[e].basis) * residual;
+                }
+                (*gradient)[static_cast<std::size_t>(entries[e].parameter)] -= 2 * sum;
+            }
+        } else if (!entries.empty()) {
+            const Reduced pulled =
+                run("residual_gradient", theta, coefficients_, 1 + entries.size(), false, false);
+            error = pulled.sums(0, 0);
+            for (std::size_t e = 0; e < entries.size(); ++e)
+                (*gradient)[static_cast<std::size_t>(entries[e].parameter)] +=
+                    2 * pulled.sums(static_cast<Eigen::Index>(1 + e), 0);
+        }
+    }
+    if (error < reference_error_) {
+        reference_error_ = error;
+        reference_ = coefficients_;
+    }
+    return error;
+}
+
+double Objective::loss(Metric metric, const std::vector<double>& theta, const Coefficients& a,
+                       std::vector<double>& by_theta, Coefficients& by_coefficients) {
+    const int basis = layout().basis;
+    const std::vector<DerivativeEntry>& entries = layout().entries;
+    const std::size_t count =
+        1 + entries.size() + static_cast<std::size_t>(samples_.chunk * basis);
+    const Reduced reduced = run(metric == Metric::Log ? "log_loss" : "cbrt_loss", theta, a, count,
+                                true, true);
+    by_theta.assign(theta.size(), 0);
+    for (std::size_t e = 0; e < entries.size(); ++e)
+        by_theta[static_cast<std::size_t>(entries[e].parameter)] +=
+            2 * reduced.sums.row(static_cast<Eigen::Index>(1 + e)).sum();
+    by_coefficients.resize(samples_.channels, basis);
+    for (int ch = 0; ch < samples_.channels; ++ch)
+        for (int j = 0; j < basis; ++j)
+            by_coefficients(ch, j) =
+                2 * reduced.sums(static_cast<Eigen::Index>(1 + entries.size()) +
+                                     (ch % samples_.chunk) * basis + j,
+                                 ch / samples_.chunk);
+    return reduced.sums.row(0).sum();
+}
+
+MetricErrors Objective::metric_errors(const std::vector<double>& theta, const Coefficients& a) {
+    const Reduced reduced = run("metric_sums", theta, a, metric_count, false, true);
+    MetricErrors errors;
+    for (int i = 0; i < metric_count; ++i)
+        errors[static_cast<std::size_t>(i)] = std::sqrt(reduced.sums(i, 0));
+    return errors;
+}
+
+NormalSums Objective::normal_sums(const std::vector<double>& theta, const Coefficients& a) {
+    const int basis = layout().basis;
+    const int chunk = samples_.chunk;
+    const int entries = static_cast<int>(layout().entries.size());
+    const auto basis_sums = static_cast<Eigen::Index>(triangle(basis)) + chunk * basis + 1;
+    const auto gradient_sums = basis_sums + entries * (basis + chunk);
+    const Reduced reduced =
+        run("normal_sums", theta, a, static_cast<std::size_t>(gradient_sums) + triangle(entries), true,
+            false);
+    NormalSums normal;
+    normal.basis.resize(basis, basis);
+    for (int j = 0, k = 0; j < basis; ++j)
+        for (int l = 0; l <= j; ++l, ++k)
+            normal.basis(j, l) = normal.basis(l, j) = reduced.sums(k, 0);
+    normal.entry_basis.resize(entries, basis);
+    normal.entry_residual.resize(entries, samples_.channels);
+    normal.entry_entry.resize(entries, entries);
+    for (int e = 0; e < entries; ++e) {
+        const auto first = basis_sums + e * (basis + chunk);
+        for (int j = 0; j < basis; ++j)
+            normal.entry_basis(e, j) = reduced.sums(first + j, 0);
+        for (int ch = 0; ch < samples_.channels; ++ch)
+            normal.entry_residual(e, ch) = reduced.sums(first + basis + ch % chunk, ch / chunk);
+    }
+    for (int e = 0, k = 0; e < entries; ++e)
+        for (int f = 0; f <= e; ++f, ++k)
+            normal.entry_entry(e, f) = normal.entry_entry(f, e) = reduced.sums(gradient_sums + k, 0);
+    normal.squared_error = reduced.sums.row(basis_sums - 1).sum();
+    return normal;
+}
+
+void Objective::write_fixed_rows(const cl::Buffer& rows) {
+    const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    const auto local = static_cast<std::size_t>(device_.form.local_size);
+    // Coupled shapes scale with 1 - f0: f0 = 0 stands for all.
+    upload_parameters(std::vector<double>(layout().parameters.size(), 0.0), reference_);
+    cl::Kernel& k = kernel("fixed_rows");
+    k.setArg(0, planes_);
+    k.setArg(1, samples_.values);
+    k.setArg(2, samples_.weights);
+    k.setArg(3, static_cast<cl_uint>(samples_.stride / width));
+    k.setArg(4, theta_);
+    k.setArg(5, rows);
+    device_.queue.enqueueNDRangeKernel(k, cl::NullRange,
+                                       cl::NDRange(padded(samples_.stride / width, local)),
+                                       cl::NDRange(local));
+    device_.queue.finish();
+}
+
+void Objective::write_shape_rows(const cl::Buffer& rows, std::size_t first,
+                                 const std::vector<std::vector<double>>& candidates) {
+    if (candidates.empty())
+        return;
+    const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    const auto local = static_cast<std::size_t>(device_.form.local_size);
+    const std::size_t parameters = candidates.front().size();
+    // A constant buffer holds at least 64 KiB.
+    const std::size_t batch = (std::size_t{1} << 16) / sizeof(float) / std::max<std::size_t>(parameters, 1);
+    cl::Kernel& k = kernel("shape_rows");
+    for (std::size_t begin = 0; begin < candidates.size(); begin += batch) {
+        const std::size_t end = std::min(begin + batch, candidates.size());
+        std::vector<float> theta;
+        for (std::size_t n = begin; n < end; ++n)
+            theta.insert(theta.end(), candidates[n].begin(), candidates[n].end());
+        const cl::Buffer theta_buffer = upload(device_, theta);
+        k.setArg(0, planes_);
+        k.setArg(1, samples_.weights);
+        k.setArg(2, static_cast<cl_uint>(samples_.stride / width));
+        k.setArg(3, theta_buffer);
+        k.setArg(4, static_cast<cl_int>(parameters));
+        k.setArg(5, static_cast<cl_uint>(first + begin));
+        k.setArg(6, rows);
+        device_.queue.enqueueNDRangeKernel(
+            k, cl::NullRange, cl::NDRange(padded(samples_.stride / width, local), end - begin),
+            cl::NDRange(local, 1));
+        device_.queue.finish();
+    }
+}
+
+} // namespace brdfit

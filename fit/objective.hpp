@@ -1,0 +1,119 @@
+#pragma once
+
+#include "fit/device_samples.hpp"
+#include "fit/nonnegative.hpp"
+#include "host/device/program.hpp"
+
+#include <Eigen/Dense>
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace brdfit {
+
+/// A program for fitting one structure to files of some number of channels.
+struct FitProgram {
+    Structure structure;
+    StructureLayout layout;
+    cl::Program program;
+};
+
+/// Builds each program once for a device. Safe to call from several threads.
+class ProgramCache {
+  public:
+    explicit ProgramCache(const Device& device) : device_(device) {}
+    std::shared_ptr<const FitProgram> get(const Structure& structure, int channels, int chunk);
+    const Device& device() const { return device_; }
+
+  private:
+    struct Entry {
+        std::string key;
+        std::shared_ptr<const FitProgram> program;
+    };
+    const Device& device_;
+    std::mutex mutex_;
+    std::vector<Entry> entries_;
+};
+
+/// kd and ks: [channel][diffuse, lobes...].
+using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Errors E = sqrt(sum_k w_k mean_ch (...)^2 / sum_k w_k) of a fit f to the samples y, in the order of
+/// Metric: ngan: iz (f - y); l2: the same with w_k = 1; log: ln(1 + iz max(f, 0)) - ln(1 + iz max(y, 0));
+/// cbrt: cbrt(iz f) - cbrt(iz y), each cbrt continued below 1e-6 by the odd cubic that meets it smoothly.
+using MetricErrors = std::array<double, metric_count>;
+
+/// Sums a Gauss-Newton step or standard errors need, over the extended basis {b_j, d_e}; already
+/// divided by the norm, so that they belong to the mean squared error.
+struct NormalSums {
+    Eigen::MatrixXd basis;            ///< W b_j b_k
+    Eigen::MatrixXd entry_basis;      ///< W d_e b_j
+    Eigen::MatrixXd entry_entry;      ///< W d_e d_f
+    Eigen::MatrixXd entry_residual;   ///< W d_e r_ch, [entry][channel]
+    double squared_error = 0;
+};
+
+/// The mean squared error of one structure on one set of packed samples, as OpenCL passes over them.
+class Objective {
+  public:
+    Objective(const Device& device, std::shared_ptr<const FitProgram> program,
+              const DeviceSamples& samples);
+
+    const StructureLayout& layout() const { return program_->layout; }
+    const Structure& structure() const { return program_->structure; }
+    const DeviceSamples& samples() const { return samples_; }
+
+    /// Squared error at theta with the best non-negative kd and ks (variable projection). `gradient`,
+    /// where given, receives its derivatives by theta (by the envelope theorem, partial derivatives at
+    /// the solved kd and ks). May be non-finite where the model overflows.
+    double projected_error(const std::vector<double>& theta, std::vector<double>* gradient = nullptr);
+    /// kd and ks of the last projected_error.
+    const Coefficients& coefficients() const { return coefficients_; }
+
+    /// Squared error of metric `log` or `cbrt` at theta, a; `by_theta`, `by_coefficients` receive the
+    /// derivatives.
+    double loss(Metric metric, const std::vector<double>& theta, const Coefficients& a,
+                std::vector<double>& by_theta, Coefficients& by_coefficients);
+
+    /// All errors at theta, a, from the residuals themselves.
+    MetricErrors metric_errors(const std::vector<double>& theta, const Coefficients& a);
+
+    NormalSums normal_sums(const std::vector<double>& theta, const Coefficients& a);
+
+    /// Rows for the global search, each times sqrt(W): to rows[0..channels], the channels and the
+    /// diffuse shape (a coupled one at f0 = 0).
+    void write_fixed_rows(const cl::Buffer& rows);
+    /// To rows[first..], the last lobe's shape at each candidate theta of that lobe.
+    void write_shape_rows(const cl::Buffer& rows, std::size_t first,
+                          const std::vector<std::vector<double>>& candidates);
+
+    /// Passes over the samples so far, and the seconds they took.
+    std::size_t passes() const { return passes_; }
+    double seconds() const { return seconds_; }
+
+  private:
+    struct Reduced {
+        Eigen::ArrayXXd sums; ///< [sum][chunk]
+    };
+    cl::Kernel& kernel(const char* name);
+    Reduced run(const char* name, const std::vector<double>& theta, const Coefficients& a,
+                std::size_t sums, bool chunked, bool raw_weights);
+    void upload_parameters(const std::vector<double>& theta, const Coefficients& a);
+    double solve(const Eigen::ArrayXXd& sums, Coefficients& a) const;
+
+    const Device& device_;
+    std::shared_ptr<const FitProgram> program_;
+    DeviceSamples samples_;
+    cl::Buffer planes_, theta_, coefficient_buffer_, out_;
+    std::size_t out_size_ = 0;
+    std::vector<std::pair<const char*, cl::Kernel>> kernels_;
+    std::vector<float> staged_theta_, staged_coefficients_, staged_out_;
+    Coefficients coefficients_, reference_;
+    double reference_error_;
+    std::size_t passes_ = 0;
+    double seconds_ = 0;
+};
+
+} // namespace brdfit

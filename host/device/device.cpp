@@ -1,0 +1,128 @@
+#include "host/device/device.hpp"
+
+#include "host/error.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <fmt/format.h>
+
+namespace brdfit {
+
+namespace {
+
+std::string trimmed(std::string text) {
+    while (!text.empty() && (text.back() == '\0' || std::isspace(static_cast<unsigned char>(text.back()))))
+        text.pop_back();
+    return text;
+}
+
+std::string lower_case(std::string text) {
+    for (char& c : text)
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+}
+
+Form form_of(const Device& device) {
+    if (device.cpu)
+        return {16, 1, 2048};
+    // The largest power of 2 up to 128 that a group and its local memory can hold.
+    int local = 128;
+    while (local > 1 && (static_cast<std::size_t>(local) > device.max_group ||
+                         static_cast<std::size_t>(local) * sizeof(float) > device.local_memory))
+        local /= 2;
+    return {1, local, 8192};
+}
+
+Device describe(int index, const cl::Platform& platform, const cl::Device& handle) {
+    Device device;
+    device.index = index;
+    device.name = trimmed(handle.getInfo<CL_DEVICE_NAME>());
+    device.platform = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
+    device.vendor = trimmed(handle.getInfo<CL_DEVICE_VENDOR>());
+    device.version = trimmed(handle.getInfo<CL_DEVICE_VERSION>());
+    device.driver = trimmed(handle.getInfo<CL_DRIVER_VERSION>());
+    device.cpu = (handle.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU) != 0;
+    device.compute_units = handle.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+    device.max_group = handle.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
+    device.local_memory = static_cast<std::size_t>(handle.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
+    device.global_memory = static_cast<std::size_t>(handle.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>());
+    device.max_allocation =
+        static_cast<std::size_t>(handle.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>());
+    device.handle = handle;
+    device.form = form_of(device);
+    return device;
+}
+
+std::string listing(const std::vector<Device>& devices) {
+    std::string text;
+    for (const Device& device : devices)
+        text += fmt::format("{}{} {}", text.empty() ? "" : "; ", device.index, device.name);
+    return text;
+}
+
+} // namespace
+
+std::vector<Device> list_devices() {
+    std::vector<Device> devices;
+    std::vector<cl::Platform> platforms;
+    try {
+        cl::Platform::get(&platforms);
+    } catch (const cl::Error&) {
+        return devices; // the loader knows no platform
+    }
+    for (const cl::Platform& platform : platforms) {
+        std::vector<cl::Device> handles;
+        try {
+            platform.getDevices(CL_DEVICE_TYPE_ALL, &handles);
+        } catch (const cl::Error&) {
+            continue; // a platform without devices
+        }
+        for (const cl::Device& handle : handles)
+            devices.push_back(describe(static_cast<int>(devices.size()), platform, handle));
+    }
+    return devices;
+}
+
+std::size_t default_device(const std::vector<Device>& devices) {
+    const auto gpu =
+        std::find_if(devices.begin(), devices.end(), [](const Device& d) { return !d.cpu; });
+    return gpu == devices.end() ? 0 : static_cast<std::size_t>(gpu - devices.begin());
+}
+
+Device open_device(const std::string& wish) {
+    std::vector<Device> devices = list_devices();
+    if (devices.empty())
+        throw InputError("no OpenCL device found; install a driver, for the CPU the Debian package "
+                         "pocl-opencl-icd");
+    std::size_t chosen = default_device(devices);
+    if (!wish.empty()) {
+        std::size_t index = 0;
+        const char* const end = wish.data() + wish.size();
+        const auto number = std::from_chars(wish.data(), end, index);
+        std::vector<std::size_t> matches;
+        if (number.ec == std::errc() && number.ptr == end) {
+            if (index < devices.size())
+                matches.push_back(index);
+        } else {
+            for (std::size_t i = 0; i < devices.size(); ++i)
+                if (lower_case(devices[i].name).find(lower_case(wish)) != std::string::npos)
+                    matches.push_back(i);
+        }
+        if (matches.size() != 1)
+            throw UsageError(fmt::format("--device '{}' matches {} devices; known: {}", wish,
+                                         matches.empty() ? "no" : "several", listing(devices)));
+        chosen = matches.front();
+    }
+    Device device = devices[chosen];
+    try {
+        device.context = cl::Context(device.handle);
+        device.queue = cl::CommandQueue(device.context, device.handle);
+    } catch (const cl::Error& error) {
+        throw InputError(fmt::format("device {} ({}): {} failed with OpenCL error {}", device.index,
+                                     device.name, error.what(), error.err()));
+    }
+    return device;
+}
+
+} // namespace brdfit

@@ -1,0 +1,143 @@
+#include "host/device/program.hpp"
+
+#include "host/embedded.hpp"
+#include "host/error.hpp"
+#include "host/file.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <fmt/format.h>
+
+namespace brdfit {
+
+namespace {
+
+// The distinct models of a structure, each with its first plane.
+struct PlacedModel {
+    const Model* model;
+    int first_plane;
+};
+
+std::vector<PlacedModel> placed_models(const Structure& structure) {
+    std::vector<PlacedModel> placed;
+    int planes = 0;
+    const auto place = [&](const Model* model) {
+        const bool known = std::any_of(placed.begin(), placed.end(),
+                                       [&](const PlacedModel& p) { return p.model == model; });
+        if (known)
+            return;
+        placed.push_back({model, planes});
+        planes += model->planes(structure.isotropic);
+    };
+    place(structure.diffuse);
+    for (const Model* lobe : structure.lobes)
+        place(lobe);
+    return placed;
+}
+
+int first_plane(const std::vector<PlacedModel>& placed, const Model* model) {
+    return std::find_if(placed.begin(), placed.end(),
+                        [&](const PlacedModel& p) { return p.model == model; })
+        ->first_plane;
+}
+
+// The part of the program that depends on the structure: macros and the two functions that run its
+// models (see kernels/evaluate.cl and kernels/fit.cl).
+std::string generated_text(const Structure& structure) {
+    const StructureLayout layout = layout_of(structure);
+    const std::vector<PlacedModel> placed = placed_models(structure);
+    std::string bases;
+    for (const DerivativeEntry& entry : layout.entries)
+        bases += fmt::format("{}, ", entry.basis);
+    std::string text =
+        fmt::format("#line 1 \"generated\"\n"
+                    "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
+                    "#define ENTRY_BASIS {{{}0}}\n",
+                    layout.basis, layout.entries.size(), layout.planes, bases);
+    text += "inline void material_prepare(geometry q, real* plane)\n{\n";
+    for (const PlacedModel& p : placed)
+        text += fmt::format("    {}_prepare(q, plane + {});\n", p.model->identifier(), p.first_plane);
+    text += "}\ninline void material_basis(const real* plane, __constant const float* theta, real* b, "
+            "real* d)\n{\n";
+    const int diffuse_entry = layout.lobe_begin.back();
+    text += fmt::format("    b[0] = {}(plane + {}, theta, d + {});\n", structure.diffuse->identifier(),
+                        first_plane(placed, structure.diffuse), diffuse_entry);
+    for (std::size_t l = 0; l < structure.lobes.size(); ++l)
+        text += fmt::format("    b[{}] = {}(plane + {}, theta + {}, d + {});\n", l + 1,
+                            structure.lobes[l]->identifier(), first_plane(placed, structure.lobes[l]),
+                            layout.lobe_begin[l], layout.lobe_begin[l]);
+    return text + "}\n";
+}
+
+std::string with_line(const std::string& path) {
+    return fmt::format("#line 1 \"kernels/{}\"\n{}\n", path, kernel_source(path));
+}
+
+} // namespace
+
+std::string Structure::name() const {
+    std::string text;
+    for (const Model* lobe : lobes)
+        text += (text.empty() ? "" : "+") + lobe->name;
+    if (diffuse->kind == Kind::DiffuseAndLobe)
+        return text.empty() || text == diffuse->lobe ? diffuse->name : text + "/" + diffuse->name;
+    return text.empty() ? diffuse->name : text;
+}
+
+StructureLayout layout_of(const Structure& structure) {
+    StructureLayout layout;
+    layout.basis = 1 + static_cast<int>(structure.lobes.size());
+    for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
+        layout.lobe_begin.push_back(static_cast<int>(layout.parameters.size()));
+        for (const Parameter& parameter : structure.lobes[l]->parameters(structure.isotropic)) {
+            layout.entries.push_back({static_cast<int>(l) + 1,
+                                      static_cast<int>(layout.parameters.size())});
+            layout.parameters.push_back(parameter);
+        }
+    }
+    layout.lobe_begin.push_back(static_cast<int>(layout.parameters.size()));
+    // A coupled diffuse shape depends on the first lobe's f0.
+    if (structure.diffuse->kind == Kind::DiffuseAndLobe)
+        layout.entries.push_back({0, 0});
+    for (const PlacedModel& p : placed_models(structure))
+        layout.planes += p.model->planes(structure.isotropic);
+    return layout;
+}
+
+std::string kernel_source(const std::string& path) {
+    if (const char* folder = std::getenv("BRDFIT_KERNELS"))
+        return std::string(MappedFile(fmt::format("{}/{}", folder, path)).bytes());
+    for (const EmbeddedFile* file = embedded_kernels; file->name != nullptr; ++file)
+        if (path == file->name)
+            return file->text;
+    throw InputError(fmt::format("kernels/{}: not among the kernels built in", path));
+}
+
+cl::Program build_program(const Device& device, const Structure& structure, int channels,
+                          int chunk) {
+    const Form& form = device.form;
+    std::string text =
+        fmt::format("#define V {}\n#define LS {}\n#define BLOCK {}\n#define CHANNELS {}\n"
+                    "#define CHUNK {}\n#define ROUGHNESSES {}\n",
+                    form.vector_width, form.local_size, form.block / form.vector_width, channels,
+                    chunk, structure.isotropic ? 1 : 2);
+    for (const char* shared : {"common.cl", "geometry.cl", "schlick.cl", "beckmann.cl"})
+        text += with_line(shared);
+    for (const PlacedModel& p : placed_models(structure))
+        text += with_line(fmt::format("models/{}.cl", p.model->name));
+    text += generated_text(structure);
+    text += with_line("evaluate.cl");
+    text += with_line("fit.cl");
+    cl::Program program(device.context, text);
+    try {
+        program.build(device.handle, "-cl-std=CL1.2 -cl-mad-enable");
+    } catch (const cl::Error&) {
+        throw InputError(fmt::format("the kernels for {} do not build on {}:\n{}", structure.name(),
+                                     device.name,
+                                     program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device.handle)));
+    }
+    return program;
+}
+
+} // namespace brdfit

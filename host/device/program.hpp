@@ -1,0 +1,49 @@
+#pragma once
+
+#include "host/device/device.hpp"
+#include "host/model/material.hpp"
+
+#include <string>
+#include <vector>
+
+namespace brdfit {
+
+/// What a program is specialised by: the models of a material, not their parameters.
+struct Structure {
+    const Model* diffuse = nullptr;
+    std::vector<const Model*> lobes;
+    bool isotropic = true; ///< form of every lobe
+
+    /// e.g. "kurt+ward"
+    std::string name() const;
+};
+
+/// A derivative a program computes: of basis function `basis` (0 diffuse, 1.. lobes) by parameter
+/// `parameter` of the concatenated theta of all lobes.
+struct DerivativeEntry {
+    int basis, parameter;
+};
+
+/// How a structure's parameters, planes and derivatives are laid out in its program.
+struct StructureLayout {
+    std::vector<Parameter> parameters;    ///< of all lobes, concatenated
+    std::vector<int> lobe_begin;          ///< first parameter of each lobe, then the count
+    std::vector<DerivativeEntry> entries; ///< by lobe and parameter, then the diffuse shape's
+    int basis = 1;                        ///< diffuse and lobes
+    int planes = 0;                       ///< of the distinct models
+};
+
+StructureLayout layout_of(const Structure& structure);
+
+/// Text of the kernel file (path below kernels/): from the folder that the environment variable
+/// BRDFIT_KERNELS names, while developing, otherwise as built in.
+/// Throws InputError for a file that is missing there.
+std::string kernel_source(const std::string& path);
+
+/// Builds a program from the structure and the kernel file `main` ("evaluate.cl", "fit.cl"; "fit.cl"
+/// includes "evaluate.cl"), for `channels` channels in chunks of `chunk`.
+/// Throws InputError with the build log, where lines carry the kernel file's name.
+cl::Program build_program(const Device& device, const Structure& structure, int channels,
+                          int chunk);
+
+} // namespace brdfit

@@ -1,0 +1,115 @@
+#include "host/model/evaluate.hpp"
+
+#include "host/device/buffer.hpp"
+#include "host/device/program.hpp"
+
+#include <algorithm>
+
+namespace brdfit {
+
+namespace {
+
+constexpr std::size_t pairs_a_pass = std::size_t{1} << 18;
+
+// Runs `kernel` (arguments after directions and count already set) over all directions in passes;
+// returns its `outputs` planes, [output][pair].
+std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel, cl_uint out_argument,
+                                       std::size_t outputs, const Directions& directions) {
+    const std::size_t total = directions.count();
+    const auto width = static_cast<std::size_t>(device.form.vector_width);
+    const auto local = static_cast<std::size_t>(device.form.local_size);
+    const std::size_t pass = std::min(
+        {pairs_a_pass, padded(total, width),
+         device.max_allocation / (sizeof(float) * std::max<std::size_t>(outputs, 10)) / width * width});
+    std::vector<float> result(outputs * total);
+    std::vector<float> staged(pass * Directions::plane_count);
+    std::vector<float> values(pass * outputs);
+    const cl::Buffer in = make_buffer(device, staged.size() * sizeof(float), CL_MEM_READ_ONLY);
+    const cl::Buffer out = make_buffer(device, values.size() * sizeof(float), CL_MEM_WRITE_ONLY);
+    kernel.setArg(0, in);
+    kernel.setArg(out_argument, out);
+    for (std::size_t begin = 0; begin < total; begin += pass) {
+        const std::size_t count = std::min(pass, total - begin);
+        const std::size_t stride = padded(count, width);
+        // Padding has wi.z = 0: below the horizon.
+        std::fill(staged.begin(), staged.end(), 0.0F);
+        for (std::size_t p = 0; p < Directions::plane_count; ++p)
+            std::copy_n(directions.plane(static_cast<Directions::Plane>(p)) + begin, count,
+                        staged.begin() + static_cast<std::ptrdiff_t>(p * stride));
+        device.queue.enqueueWriteBuffer(in, CL_TRUE, 0,
+                                        stride * Directions::plane_count * sizeof(float),
+                                        staged.data());
+        kernel.setArg(1, static_cast<cl_uint>(stride / width));
+        device.queue.enqueueNDRangeKernel(kernel, cl::NullRange,
+                                          cl::NDRange(padded(stride / width, local)),
+                                          cl::NDRange(local));
+        device.queue.enqueueReadBuffer(out, CL_TRUE, 0, stride * outputs * sizeof(float),
+                                       values.data());
+        for (std::size_t o = 0; o < outputs; ++o)
+            std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(o * stride), count,
+                        result.begin() + static_cast<std::ptrdiff_t>(o * total + begin));
+    }
+    return result;
+}
+
+} // namespace
+
+std::vector<float> evaluate(const Device& device, const Material& material,
+                            const Directions& directions) {
+    Structure structure;
+    structure.diffuse = material.diffuse;
+    structure.isotropic = std::all_of(material.lobes.begin(), material.lobes.end(),
+                                      [](const Lobe& lobe) { return lobe.isotropic; });
+    const std::size_t channels = material.channels.size();
+    const std::size_t basis = 1 + material.lobes.size();
+    std::vector<double> theta;
+    std::vector<double> coefficients(channels * basis);
+    for (std::size_t ch = 0; ch < channels; ++ch)
+        coefficients[ch * basis] = material.kd[ch];
+    for (std::size_t l = 0; l < material.lobes.size(); ++l) {
+        const Lobe& lobe = material.lobes[l];
+        structure.lobes.push_back(lobe.model);
+        const std::vector<double> values =
+            structure.isotropic ? lobe.theta : lobe.anisotropic_theta();
+        theta.insert(theta.end(), values.begin(), values.end());
+        for (std::size_t ch = 0; ch < channels; ++ch)
+            coefficients[ch * basis + l + 1] = lobe.ks[ch];
+    }
+    const cl::Program program = build_program(device, structure, 1, 1);
+    cl::Kernel kernel(program, "evaluate");
+    const cl::Buffer theta_buffer = upload(device, to_float(theta));
+    const cl::Buffer coefficient_buffer = upload(device, to_float(coefficients));
+    kernel.setArg(2, theta_buffer);
+    kernel.setArg(3, coefficient_buffer);
+    kernel.setArg(4, static_cast<cl_int>(channels));
+    return run_over_directions(device, kernel, 5, channels, directions);
+}
+
+ModelValues evaluate_model(const Device& device, const Model& model, bool isotropic,
+                           const std::vector<double>& theta, const Directions& directions) {
+    Structure structure;
+    structure.isotropic = isotropic;
+    const bool lobe = model.kind == Kind::Lobe;
+    structure.diffuse = lobe ? &model_named("lambert") : &model;
+    if (lobe)
+        structure.lobes.push_back(&model);
+    const StructureLayout layout = layout_of(structure);
+    const cl::Program program = build_program(device, structure, 1, 1);
+    cl::Kernel kernel(program, "evaluate_basis");
+    const cl::Buffer theta_buffer = upload(device, to_float(theta));
+    kernel.setArg(2, theta_buffer);
+    const std::size_t basis = static_cast<std::size_t>(layout.basis);
+    const std::vector<float> planes = run_over_directions(
+        device, kernel, 3, basis + layout.entries.size(), directions);
+    const auto plane = [&](std::size_t p) {
+        const auto begin = planes.begin() + static_cast<std::ptrdiff_t>(p * directions.count());
+        return std::vector<float>(begin, begin + static_cast<std::ptrdiff_t>(directions.count()));
+    };
+    ModelValues values;
+    values.value = plane(basis - 1);
+    for (std::size_t e = 0; e < layout.entries.size(); ++e)
+        values.derivatives.push_back(plane(basis + e));
+    return values;
+}
+
+} // namespace brdfit

@@ -1,0 +1,62 @@
+// Written once for every device. The host defines, before this text:
+//   V    samples a work-item handles at once (16 on a CPU, 1 on a GPU)
+//   LS   work-items a group (1 on a CPU)
+// Samples lie in planes of `real`, padded to whole blocks; the padding has weight 0.
+
+#define JOIN_(a, b) a##b
+#define JOIN(a, b) JOIN_(a, b)
+
+#if V == 1
+typedef float real;
+typedef int mask;
+#else
+typedef JOIN(float, V) real;
+typedef JOIN(int, V) mask;
+#endif
+
+#define PI 3.14159265358979f
+
+#if V == 1
+inline float lanes_sum(real x) { return x; }
+#elif V == 2
+inline float lanes_sum(real x) { return x.s0 + x.s1; }
+#elif V == 4
+inline float lanes_sum(real x) { return (x.s0 + x.s1) + (x.s2 + x.s3); }
+#elif V == 8
+inline float lanes_sum(real x)
+{
+    const float4 y = x.lo + x.hi;
+    return (y.s0 + y.s1) + (y.s2 + y.s3);
+}
+#else
+inline float lanes_sum(real x)
+{
+    const float8 y = x.lo + x.hi;
+    const float4 z = y.lo + y.hi;
+    return (z.s0 + z.s1) + (z.s2 + z.s3);
+}
+#endif
+
+// Adds each of `count` private sums over the group and writes them to out[0..count).
+// Every work-item must get here: there are barriers inside.
+inline void write_group_sums(const real* sum, int count, __local float* scratch, __global float* out)
+{
+#if LS == 1
+    for (int k = 0; k < count; ++k)
+        out[k] = lanes_sum(sum[k]);
+#else
+    const int item = get_local_id(0);
+    for (int k = 0; k < count; ++k) {
+        scratch[item] = lanes_sum(sum[k]);
+        barrier(CLK_LOCAL_MEM_FENCE);
+        for (int half_size = LS / 2; half_size > 0; half_size /= 2) {
+            if (item < half_size)
+                scratch[item] += scratch[item + half_size];
+            barrier(CLK_LOCAL_MEM_FENCE);
+        }
+        if (item == 0)
+            out[k] = scratch[0];
+        barrier(CLK_LOCAL_MEM_FENCE);
+    }
+#endif
+}

@@ -1,0 +1,284 @@
+// The passes over measured samples that fitting needs. After the generated text (see evaluate.cl),
+// which also defines
+//     CHANNELS     channels of the file
+//     CHUNK        channels a sums pass handles at once; values are padded to whole chunks
+//     ENTRY_BASIS  {...}: the basis function that each derivative entry belongs to
+//     BLOCK        samples a group handles, in units of V
+// Samples: planes of the models, values y, weights W = w iz^2; `stride` reals a plane.
+// A group writes its sums in float32 (a block is small enough for 1e-6); the host adds the groups in
+// order in float64, so that results repeat bit for bit.
+
+__constant const int entry_basis[ENTRIES + 1] = ENTRY_BASIS;
+
+// Fills the models' planes for the samples that `index` picks from the directions of a file.
+__kernel void prepare(__global const float* directions, uint pairs, __global const uint* index,
+                      __global real* planes, uint stride)
+{
+    const uint i = get_global_id(0);
+    if (i >= stride)
+        return;
+    real direction[DIRECTION_PLANES];
+    for (int lane = 0; lane < V; ++lane) {
+        const uint k = index[i * V + lane];
+        for (int p = 0; p < DIRECTION_PLANES; ++p)
+            ((float*)direction)[p * V + lane] = directions[(ulong)p * pairs + k];
+    }
+    real plane[PLANES + 1];
+    material_prepare(geometry_of(direction), plane);
+    for (int p = 0; p < PLANES; ++p)
+        planes[(ulong)p * stride + i] = plane[p];
+}
+
+inline void read_planes(__global const real* planes, uint stride, uint i, real* plane)
+{
+    for (int p = 0; p < PLANES; ++p)
+        plane[p] = planes[p * stride + i];
+}
+
+// The sums of variable projection over the extended basis {b_j, derivative entries d_e}, with
+// r_ch = y_ch - sum_j coefficients[ch][j] b_j (a nearby solution, so that nothing cancels):
+//     W b_j b_k (k <= j) | W r_ch b_j | W r_ch^2 over the chunk's channels
+// and where WITH_GRADIENT
+//     | W d_e b_j | W d_e r_ch
+// and where WITH_NORMAL also | W d_e d_f (f <= e), for Gauss-Newton and standard errors.
+// Group (g, chunk) writes at out[(chunk * groups + g) * count].
+#define BASIS_SUMS (BASIS * (BASIS + 1) / 2 + CHUNK * BASIS + 1)
+#define GRADIENT_SUMS (BASIS_SUMS + ENTRIES * (BASIS + CHUNK))
+#define NORMAL_SUMS (GRADIENT_SUMS + ENTRIES * (ENTRIES + 1) / 2)
+
+#define DEFINE_SUMS(NAME, COUNT, WITH_GRADIENT, WITH_NORMAL)                                       \
+    __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void NAME(                            \
+        __global const real* planes, __global const real* values, __global const real* weights,   \
+        uint stride, __constant const float* theta, __global const float* coefficients,         \
+        __global float* out)                                                                       \
+    {                                                                                              \
+        __local float scratch[LS];                                                                 \
+        const uint chunk = get_group_id(1);                                                        \
+        __global const float* a = coefficients + chunk * CHUNK * BASIS;                          \
+        __global const real* y = values + (ulong)chunk * CHUNK * stride;                           \
+        const uint begin = get_group_id(0) * BLOCK;                                                \
+        real sum[COUNT];                                                                           \
+        _Pragma("unroll") for (int k = 0; k < COUNT; ++k) sum[k] = 0.0f;                           \
+        for (uint i = begin + get_local_id(0); i < begin + BLOCK; i += LS) {                       \
+            real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], r[CHUNK];                            \
+            read_planes(planes, stride, i, plane);                                                 \
+            const real w = weights[i];                                                             \
+            material_basis(plane, theta, b, d);                                                    \
+            _Pragma("unroll") for (int ch = 0; ch < CHUNK; ++ch)                                   \
+            {                                                                                      \
+                r[ch] = y[ch * stride + i];                                                        \
+                _Pragma("unroll") for (int j = 0; j < BASIS; ++j) r[ch] -= a[ch * BASIS + j] * b[j]; \
+            }                                                                                      \
+            int k = 0;                                                                             \
+            _Pragma("unroll") for (int j = 0; j < BASIS; ++j)                                      \
+            {                                                                                      \
+                const real wb = w * b[j];                                                          \
+                _Pragma("unroll") for (int l = 0; l <= j; ++l) sum[k++] += wb * b[l];              \
+            }                                                                                      \
+            _Pragma("unroll") for (int ch = 0; ch < CHUNK; ++ch)                                   \
+            {                                                                                      \
+                const real wr = w * r[ch];                                                         \
+                _Pragma("unroll") for (int j = 0; j < BASIS; ++j) sum[k++] += wr * b[j];           \
+                sum[BASIS_SUMS - 1] += wr * r[ch];                                                 \
+            }                                                                                      \
+            k = BASIS_SUMS;                                                                        \
+            if (WITH_GRADIENT)                                                                     \
+                _Pragma("unroll") for (int e = 0; e < ENTRIES; ++e)                                \
+                {                                                                                  \
+                    const real wd = w * d[e];                                                      \
+                    _Pragma("unroll") for (int j = 0; j < BASIS; ++j) sum[k++] += wd * b[j];       \
+                    _Pragma("unroll") for (int ch = 0; ch < CHUNK; ++ch) sum[k++] += wd * r[ch];   \
+                }                                                                                  \
+            if (WITH_NORMAL)                                                                       \
+                _Pragma("unroll") for (int e = 0; e < ENTRIES; ++e)                                \
+                {                                                                                  \
+                    const real wd = w * d[e];                                                      \
+                    _Pragma("unroll") for (int f = 0; f <= e; ++f) sum[k++] += wd * d[f];          \
+                }                                                                                  \
+        }                                                                                          \
+        write_group_sums(sum, COUNT, scratch,                                                      \
+                         out + (ulong)(chunk * get_num_groups(0) + get_group_id(0)) * COUNT);      \
+    }
+
+DEFINE_SUMS(basis_sums, BASIS_SUMS, 0, 0)
+DEFINE_SUMS(gradient_sums, GRADIENT_SUMS, 1, 0)
+DEFINE_SUMS(normal_sums, NORMAL_SUMS, 1, 1)
+
+// For solved coefficients: W r_ch^2 over all channels, then for each derivative entry e
+// sum over ch of -coefficients[ch][basis of e] W r_ch d_e: half the gradient of the error, in sums
+// that do not grow with the channels.
+__kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void
+residual_gradient(__global const real* planes, __global const real* values,
+                  __global const real* weights, uint stride, __constant const float* theta,
+                  __global const float* coefficients, __global float* out)
+{
+    __local float scratch[LS];
+    const uint begin = get_group_id(0) * BLOCK;
+    real sum[1 + ENTRIES];
+    for (int k = 0; k <= ENTRIES; ++k)
+        sum[k] = 0.0f;
+    for (uint i = begin + get_local_id(0); i < begin + BLOCK; i += LS) {
+        real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], pull[BASIS];
+        read_planes(planes, stride, i, plane);
+        material_basis(plane, theta, b, d);
+        real squares = 0.0f;
+#pragma unroll
+        for (int j = 0; j < BASIS; ++j)
+            pull[j] = 0.0f;
+        for (int ch = 0; ch < CHANNELS; ++ch) {
+            real r = values[(ulong)ch * stride + i];
+#pragma unroll
+            for (int j = 0; j < BASIS; ++j)
+                r -= coefficients[ch * BASIS + j] * b[j];
+            squares += r * r;
+#pragma unroll
+            for (int j = 0; j < BASIS; ++j)
+                pull[j] -= coefficients[ch * BASIS + j] * r;
+        }
+        const real w = weights[i];
+        sum[0] += w * squares;
+#pragma unroll
+        for (int e = 0; e < ENTRIES; ++e)
+            sum[1 + e] += w * d[e] * pull[entry_basis[e]];
+    }
+    write_group_sums(sum, 1 + ENTRIES, scratch, out + (ulong)get_group_id(0) * (1 + ENTRIES));
+}
+
+// The compressions phi of the losses that are not quadratic, of x = iz f; *slope = phi'(x).
+inline real compressed_log(real x, real* slope)
+{
+    const real y = 1.0f + fmax(x, (real)(0.0f));
+    *slope = x > 0.0f ? 1.0f / y : (real)(0.0f);
+    return log(y);
+}
+
+// cbrt(x), continued below |x| = 1e-6 by the odd cubic that meets it with its slope there.
+inline real compressed_cbrt(real x, real* slope)
+{
+    const float epsilon = 1e-6f;
+    const real u = x * (1.0f / epsilon);
+    const real magnitude = fmax(fabs(x), (real)(epsilon));
+    const real root = exp(log(magnitude) * (1.0f / 3.0f));
+    const mask inside = fabs(u) < 1.0f;
+    *slope = inside ? (4.0f - 3.0f * u * u) * 3333.3333f : root / (3.0f * magnitude);
+    return inside ? u * (4.0f - u * u) * (0.01f / 3.0f) : copysign(root, x);
+}
+
+// For the losses sum over ch of w (phi(iz f) - phi(iz y))^2: the chunk's loss, for each derivative
+// entry half the gradient by it, for each channel and basis function half the gradient by its
+// coefficient. `iz` and `solid_angle` (w) are planes.
+#define LOSS_SUMS (1 + ENTRIES + CHUNK * BASIS)
+#define DEFINE_LOSS(NAME, PHI)                                                                     \
+    __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void NAME(                            \
+        __global const real* planes, __global const real* values,                                  \
+        __global const real* solid_angle, __global const real* iz, uint stride,                   \
+        __constant const float* theta, __global const float* coefficients, __global float* out)  \
+    {                                                                                              \
+        __local float scratch[LS];                                                                 \
+        const uint chunk = get_group_id(1);                                                        \
+        __global const float* a = coefficients + chunk * CHUNK * BASIS;                          \
+        __global const real* y = values + (ulong)chunk * CHUNK * stride;                           \
+        const uint begin = get_group_id(0) * BLOCK;                                                \
+        real sum[LOSS_SUMS];                                                                       \
+        for (int k = 0; k < LOSS_SUMS; ++k)                                                        \
+            sum[k] = 0.0f;                                                                         \
+        for (uint i = begin + get_local_id(0); i < begin + BLOCK; i += LS) {                       \
+            real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], pull[BASIS];                         \
+            read_planes(planes, stride, i, plane);                                                 \
+            material_basis(plane, theta, b, d);                                                    \
+            const real w = solid_angle[i];                                                         \
+            const real cosine = iz[i];                                                             \
+            _Pragma("unroll") for (int j = 0; j < BASIS; ++j) pull[j] = 0.0f;                      \
+            _Pragma("unroll") for (int ch = 0; ch < CHUNK; ++ch)                                   \
+            {                                                                                      \
+                real f = 0.0f, slope, unused;                                                      \
+                _Pragma("unroll") for (int j = 0; j < BASIS; ++j) f += a[ch * BASIS + j] * b[j];   \
+                const real phi_y = PHI(cosine * y[ch * stride + i], &unused);                      \
+                const real r = PHI(cosine * f, &slope) - phi_y;                                    \
+                sum[0] += w * r * r;                                                               \
+                const real wrs = w * r * slope * cosine;                                           \
+                _Pragma("unroll") for (int j = 0; j < BASIS; ++j)                                  \
+                {                                                                                  \
+                    pull[j] += a[ch * BASIS + j] * wrs;                                            \
+                    sum[1 + ENTRIES + ch * BASIS + j] += wrs * b[j];                               \
+                }                                                                                  \
+            }                                                                                      \
+            _Pragma("unroll") for (int e = 0; e < ENTRIES; ++e)                                    \
+                sum[1 + e] += d[e] * pull[entry_basis[e]];                                         \
+        }                                                                                          \
+        write_group_sums(sum, LOSS_SUMS, scratch,                                                  \
+                         out + (ulong)(chunk * get_num_groups(0) + get_group_id(0)) * LOSS_SUMS);  \
+    }
+
+DEFINE_LOSS(log_loss, compressed_log)
+DEFINE_LOSS(cbrt_loss, compressed_cbrt)
+
+// Sums over all channels of the squared residuals of every metric, from the residuals themselves:
+// ngan w (iz (f - y))^2 | l2 (iz (f - y))^2 | log | cbrt. Padding has w = iz = 0.
+#define METRICS 4
+__kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void
+metric_sums(__global const real* planes, __global const real* values,
+            __global const real* solid_angle, __global const real* iz, uint stride,
+            __constant const float* theta, __global const float* coefficients,
+            __global float* out)
+{
+    __local float scratch[LS];
+    const uint begin = get_group_id(0) * BLOCK;
+    real sum[METRICS];
+    for (int k = 0; k < METRICS; ++k)
+        sum[k] = 0.0f;
+    for (uint i = begin + get_local_id(0); i < begin + BLOCK; i += LS) {
+        real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], unused;
+        read_planes(planes, stride, i, plane);
+        material_basis(plane, theta, b, d);
+        const real w = solid_angle[i];
+        const real cosine = iz[i];
+        for (int ch = 0; ch < CHANNELS; ++ch) {
+            const real y = values[(ulong)ch * stride + i];
+            real f = 0.0f;
+#pragma unroll
+            for (int j = 0; j < BASIS; ++j)
+                f += coefficients[ch * BASIS + j] * b[j];
+            const real r = cosine * (f - y);
+            const real r_log = compressed_log(cosine * f, &unused) - compressed_log(cosine * y, &unused);
+            const real r_cbrt = compressed_cbrt(cosine * f, &unused) - compressed_cbrt(cosine * y, &unused);
+            sum[0] += w * r * r;
+            sum[1] += r * r;
+            sum[2] += w * r_log * r_log;
+            sum[3] += w * r_cbrt * r_cbrt;
+        }
+    }
+    write_group_sums(sum, METRICS, scratch, out + (ulong)get_group_id(0) * METRICS);
+}
+
+// Rows for the global search, all times sqrt(W): the channels y, then the diffuse shape.
+__kernel void fixed_rows(__global const real* planes, __global const real* values,
+                         __global const real* weights, uint stride, __constant const float* theta,
+                         __global real* rows)
+{
+    const uint i = get_global_id(0);
+    if (i >= stride)
+        return;
+    real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
+    read_planes(planes, stride, i, plane);
+    material_basis(plane, theta, b, d);
+    const real root = sqrt(weights[i]);
+    for (int ch = 0; ch < CHANNELS; ++ch)
+        rows[(ulong)ch * stride + i] = root * values[(ulong)ch * stride + i];
+    rows[(ulong)CHANNELS * stride + i] = root * b[0];
+}
+
+// Row first + n: the last lobe's shape at candidate n, times sqrt(W). theta: [candidate][parameters]
+__kernel void shape_rows(__global const real* planes, __global const real* weights, uint stride,
+                         __constant const float* theta, int parameters, uint first,
+                         __global real* rows)
+{
+    const uint i = get_global_id(0);
+    const uint n = get_global_id(1);
+    if (i >= stride)
+        return;
+    real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
+    read_planes(planes, stride, i, plane);
+    material_basis(plane, theta + n * parameters, b, d);
+    rows[(ulong)(first + n) * stride + i] = sqrt(weights[i]) * b[BASIS - 1];
+}

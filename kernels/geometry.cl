@@ -1,0 +1,40 @@
+// Directions in the local frame: x tangent, y bitangent, z normal; wi to the light, wo to the viewer,
+// h = (wi + wo) / |wi + wo|, c = wi.h = wo.h. The planes of host/measured/samples.hpp, in its order.
+
+typedef struct {
+    real wi_x, wi_y, wi_z; // unit, wi_z > 0
+    real wo_x, wo_y, wo_z; // unit, wo_z > 0
+    real h_x, h_y, h_z;    // unit, h_z > 0
+    real c;                // (0, 1]
+} geometry;
+
+#define DIRECTION_PLANES 10
+
+inline geometry geometry_of(const real* plane)
+{
+    geometry q;
+    q.wi_x = plane[0];
+    q.wi_y = plane[1];
+    q.wi_z = plane[2];
+    q.wo_x = plane[3];
+    q.wo_y = plane[4];
+    q.wo_z = plane[5];
+    q.h_x = plane[6];
+    q.h_y = plane[7];
+    q.h_z = plane[8];
+    q.c = plane[9];
+    return q;
+}
+
+// log(h.z), exact near the pole where h.z rounds to 1.
+inline real log_hz(geometry q)
+{
+    const real s = q.h_x * q.h_x + q.h_y * q.h_y;
+    return s < 0.5f ? 0.5f * log1p(-s) : log(q.h_z);
+}
+
+inline real log_iz_oz(geometry q) { return log(q.wi_z) + log(q.wo_z); }
+
+// Tangents of the half vector, squared: (h.x/h.z)^2 and (h.y/h.z)^2.
+inline real tan2_x(geometry q) { return q.h_x * q.h_x / (q.h_z * q.h_z); }
+inline real tan2_y(geometry q) { return q.h_y * q.h_y / (q.h_z * q.h_z); }

@@ -1,0 +1,35 @@
+// Inner products of all pairs of rows of samples, the only place where the global search touches
+// samples: everything else it does is small linear algebra on these. TILE x TILE a group: group (tj, ti, g) writes rows
+// ti * TILE.. by tj * TILE.. (tj <= ti) over its block at out[((ti * tiles + tj) * blocks + g) * TILE^2].
+#define TILE 4
+__kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void
+gram(__global const real* rows, uint stride, __global float* out)
+{
+    __local float scratch[LS];
+    const uint tj = get_group_id(0);
+    const uint ti = get_group_id(1);
+    const uint begin = get_group_id(2) * BLOCK;
+    __global const real* row = rows + (ulong)ti * TILE * stride;
+    __global const real* column = rows + (ulong)tj * TILE * stride;
+    const uint end = tj <= ti ? begin + BLOCK : begin;
+    real sum[TILE * TILE];
+#pragma unroll
+    for (int k = 0; k < TILE * TILE; ++k)
+        sum[k] = 0.0f;
+    for (uint i = begin + get_local_id(0); i < end; i += LS) {
+        real x[TILE], y[TILE];
+#pragma unroll
+        for (int k = 0; k < TILE; ++k) {
+            x[k] = row[k * stride + i];
+            y[k] = column[k * stride + i];
+        }
+#pragma unroll
+        for (int k = 0; k < TILE; ++k)
+#pragma unroll
+            for (int l = 0; l < TILE; ++l)
+                sum[k * TILE + l] += x[k] * y[l];
+    }
+    write_group_sums(sum, TILE * TILE, scratch,
+                     out + ((ulong)(ti * get_num_groups(0) + tj) * get_num_groups(2) +
+                            get_group_id(2)) * TILE * TILE);
+}

@@ -1,0 +1,27 @@
+// Cook, Torrance 1981, with the normalised D and the 1/4 of today:
+//     g = F D G / (4 iz oz),   G = min(1, 2 hz oz / c, 2 hz iz / c),   D isotropic
+// theta: f0, m
+
+inline void cook_torrance_prepare(geometry q, real* plane)
+{
+    // log(G / (iz oz)) as a minimum of logarithms: the products underflow at grazing.
+    const real log_i = log(q.wi_z);
+    const real log_o = log(q.wo_z);
+    const real edge = log(2.0f * q.h_z / q.c);
+    const real log_g = fmin(-log_i - log_o, edge - fmax(log_i, log_o));
+    plane[0] = tan2_x(q) + tan2_y(q);
+    plane[1] = log_g - log(4.0f * PI) - 4.0f * log_hz(q);
+    plane[2] = schlick_p5(q);
+}
+
+inline real cook_torrance(const real* plane, __constant const float* theta, real* d)
+{
+    const float inverse = 1.0f / theta[1];
+    const real t = plane[0] * (inverse * inverse);
+    const real p5 = plane[2];
+    const real s = exp(plane[1] - t) * (inverse * inverse);
+    const real g = schlick(p5, theta[0]) * s;
+    d[0] = (1.0f - p5) * s;
+    d[1] = (2.0f * inverse) * (t - 1.0f) * g;
+    return g;
+}
