@@ -1,0 +1,662 @@
+// What must hold for every model of the catalogue: the kernels equal the papers' equations, and do
+// what the catalogue says of them. A new model is covered without being named here.
+
+#include "host/embedded.hpp"
+#include "host/model/evaluate.hpp"
+#include "tests/reference_models.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <gtest/gtest.h>
+#include <limits>
+#include <random>
+
+namespace brdfit {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+/// Beyond this, intermediate results of float32 may overflow: only finiteness is asked for.
+constexpr double huge = 1e36;
+/// Below this, intermediate results of float32 may vanish.
+constexpr double tiny = 1e-30;
+
+const Device& device() {
+    static const Device opened = open_device();
+    return opened;
+}
+
+using Theta = std::vector<double>;
+using Random = std::mt19937_64;
+
+double uniform(Random& random, double lower = 0, double upper = 1) {
+    return std::uniform_real_distribution<double>(lower, upper)(random);
+}
+
+struct Pair {
+    Vector wi, wo;
+};
+
+/// Unit direction of height z; exact where z is as small as grazing angles make it.
+Vector at_height(double z, double phi) {
+    const double r = std::sqrt((1 - z) * (1 + z));
+    return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+/// Direction with tangent `tangent` from the normal.
+Vector at_tangent(double tangent, double phi) {
+    const double z = 1 / std::sqrt(1 + tangent * tangent);
+    return {tangent * z * std::cos(phi), tangent * z * std::sin(phi), z};
+}
+
+Vector mirrored(const Vector& w, const Vector& h) {
+    const double c = w[0] * h[0] + w[1] * h[1] + w[2] * h[2];
+    return {2 * c * h[0] - w[0], 2 * c * h[1] - w[1], 2 * c * h[2] - w[2]};
+}
+
+Pair random_pair(Random& random) {
+    return {at_height(1 - uniform(random), uniform(random, 0, 2 * pi)),
+            at_height(1 - uniform(random), uniform(random, 0, 2 * pi))};
+}
+
+/// Exact mirror, grazing on the same, the opposite and other sides, back along the same way, the
+/// normal, the half vector at the horizon.
+std::vector<Pair> special_pairs() {
+    std::vector<Pair> pairs;
+    const std::vector<double> heights = {1, 0.999999, 0.8, 0.5, 0.1, 0.01, 1e-4, 1e-7};
+    for (const double iz : heights)
+        for (const double oz : heights)
+            for (const double phi : {0.0, 1e-6, 0.3, pi / 2, 2.0, pi - 1e-6}) {
+                const Vector wi = at_height(iz, 0.7), wo = at_height(oz, 0.7 + phi);
+                pairs.push_back({wi, wo});
+                if (phi == 0)
+                    pairs.push_back({wi, {-wo[0], -wo[1], wo[2]}});
+            }
+    return pairs;
+}
+
+/// Pairs that reach everything a lobe does: random, with the half vector at every distance from the
+/// normal, grazing, special.
+std::vector<Pair> chosen_pairs() {
+    Random random(1);
+    std::vector<Pair> pairs = special_pairs();
+    for (int i = 0; i < 200; ++i)
+        pairs.push_back(random_pair(random));
+    while (pairs.size() < 1200) {
+        const Vector wi = random_pair(random).wi;
+        const Vector h =
+            at_tangent(std::pow(10, uniform(random, -5, 1)), uniform(random, 0, 2 * pi));
+        const Vector wo = mirrored(wi, h);
+        if (wo[2] > 0)
+            pairs.push_back({wi, wo});
+    }
+    for (int i = 0; i < 200; ++i)
+        pairs.push_back(
+            {at_height(std::pow(10, uniform(random, -7, -1)), uniform(random, 0, 2 * pi)),
+             at_height(std::pow(10, uniform(random, -7, 0)), uniform(random, 0, 2 * pi))});
+    return pairs;
+}
+
+Directions directions_of(const std::vector<Pair>& pairs) {
+    Directions directions(pairs.size());
+    for (std::size_t k = 0; k < pairs.size(); ++k)
+        directions.set(k, pairs[k].wi, pairs[k].wo);
+    return directions;
+}
+
+Vector rotated(const Vector& w, double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {c * w[0] - s * w[1], s * w[0] + c * w[1], w[2]};
+}
+
+/// What evaluate_model takes as theta: a diffuse shape that goes with a lobe depends on its f0.
+std::vector<Parameter> parameters_of(const Model& model, bool isotropic) {
+    if (model.kind == Kind::DiffuseAndLobe)
+        return {model_named(model.lobe).isotropic[0]};
+    return model.parameters(isotropic);
+}
+
+/// The parameter `fraction` of the way from bound to bound, in its own spacing, as float32 has it.
+double at_fraction(const Parameter& p, double fraction) {
+    double value = p.lower + fraction * (p.upper - p.lower);
+    if (p.scale == Scale::Log)
+        value = p.lower * std::pow(p.upper / p.lower, fraction);
+    if (p.scale == Scale::Log1p)
+        value = (1 + p.lower) * std::pow((1 + p.upper) / (1 + p.lower), fraction) - 1;
+    return static_cast<float>(value);
+}
+
+/// Every combination of the fractions over the parameters.
+std::vector<Theta> grid(const std::vector<Parameter>& parameters,
+                        const std::vector<double>& fractions) {
+    std::vector<Theta> thetas = {{}};
+    for (const Parameter& p : parameters) {
+        std::vector<Theta> longer;
+        for (const Theta& theta : thetas)
+            for (const double fraction : fractions) {
+                longer.push_back(theta);
+                longer.back().push_back(at_fraction(p, fraction));
+            }
+        thetas = longer;
+    }
+    return thetas;
+}
+
+/// Bounds and middles in every combination, and a few between.
+std::vector<Theta> chosen_thetas(const std::vector<Parameter>& parameters) {
+    std::vector<Theta> thetas = grid(parameters, {0, 0.5, 1});
+    Random random(2);
+    for (int i = 0; i < 8 && !parameters.empty(); ++i) {
+        Theta theta;
+        for (const Parameter& p : parameters)
+            theta.push_back(at_fraction(p, uniform(random)));
+        thetas.push_back(theta);
+    }
+    return thetas;
+}
+
+/// The change of a parameter that matters as much wherever it stands in its range.
+double unit(const Parameter& p, double value) {
+    switch (p.scale) {
+    case Scale::Log:
+        return value;
+    case Scale::Log1p:
+        return 1 + value;
+    case Scale::Linear:
+        break;
+    }
+    return p.upper - p.lower;
+}
+
+/// Relative error of float32 in a product that goes through exp of a sum: the sum's rounding
+/// counts.
+double relative_tolerance(double value) {
+    return 5e-5 + 2e-6 * std::abs(std::log(std::max(value, tiny)));
+}
+
+/// A model in one form with one theta, by the reference.
+struct Expected {
+    const Model& model;
+    bool isotropic;
+    std::vector<Parameter> parameters;
+    Theta theta;
+
+    bool fresnel() const { return !parameters.empty() && parameters[0].name == "f0"; }
+    double value(const Pair& pair, const Theta& at) const {
+        return reference_value(model.name, isotropic, at, pair.wi, pair.wo);
+    }
+    /// theta with f0 = 1: the lobe without Fresnel.
+    Theta full_theta() const {
+        Theta full = theta;
+        if (fresnel() && model.kind == Kind::Lobe)
+            full[0] = 1;
+        return full;
+    }
+    std::string text() const {
+        return fmt::format("{} {} theta ({:.9g})", model.name, isotropic ? "isotropic" : "",
+                           fmt::join(theta, ", "));
+    }
+};
+
+/// Absolute error that float32's 1 - c leaves in Schlick's F.
+double fresnel_tolerance(const Pair& pair) {
+    const Vector& i = pair.wi;
+    const Vector& o = pair.wo;
+    const double c =
+        std::sqrt(std::pow(i[0] + o[0], 2) + std::pow(i[1] + o[1], 2) + std::pow(i[2] + o[2], 2)) /
+        2;
+    return 5 * std::pow(std::abs(1 - c), 4) * 1.2e-7 + 1e-30;
+}
+
+/// Counts mismatches and keeps the first few for the message.
+class Mismatches {
+  public:
+    void check(bool good, const std::string& what, const Pair& pair, double value, double reference,
+               double tolerance) {
+        if (good)
+            return;
+        if (++count_ <= 5)
+            text_ += fmt::format(
+                "{} at wi ({:.9g}) wo ({:.9g}): {:.9g}; expected {:.9g} +- {:.2g}\n", what,
+                fmt::join(pair.wi, ", "), fmt::join(pair.wo, ", "), value, reference, tolerance);
+    }
+    void check_near(const std::string& what, const Pair& pair, double value, double reference,
+                    double tolerance) {
+        check(std::abs(value - reference) <= tolerance, what, pair, value, reference, tolerance);
+    }
+    ~Mismatches() { EXPECT_EQ(count_, 0) << text_; }
+
+  private:
+    int count_ = 0;
+    std::string text_;
+};
+
+/// Central difference of the reference by parameter p, and what the difference itself may be off
+/// by: half of what the one-sided ones differ, so that at a kink either side is right.
+struct Slope {
+    double value, uncertainty;
+};
+
+Slope slope(const Expected& expected, const Pair& pair, Theta at, std::size_t p) {
+    const double middle = at[p], value = expected.value(pair, at);
+    const double step = 1e-6 * unit(expected.parameters[p], middle);
+    at[p] = middle + step;
+    const double up = at[p] - middle, forward = (expected.value(pair, at) - value) / up;
+    at[p] = middle - step;
+    const double down = middle - at[p], backward = (value - expected.value(pair, at)) / down;
+    return {(forward + backward) / 2, std::abs(forward - backward) / 2};
+}
+
+void compare_with_reference(const Expected& expected, const std::vector<Pair>& pairs,
+                            const Directions& directions) {
+    SCOPED_TRACE(expected.text());
+    Mismatches mismatches;
+    const ModelValues values =
+        evaluate_model(device(), expected.model, expected.isotropic, expected.theta, directions);
+    ASSERT_EQ(values.value.size(), pairs.size());
+    ASSERT_EQ(values.derivatives.size(), expected.parameters.size());
+    const bool diffuse = expected.model.kind != Kind::Lobe;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        const Pair& pair = pairs[k];
+        const double reference = expected.value(pair, expected.theta);
+        const double full = expected.value(pair, expected.full_theta());
+        const double value = values.value[k];
+        const double fresnel = expected.fresnel() ? fresnel_tolerance(pair) : 0;
+        if (full > huge) {
+            mismatches.check(std::isfinite(value) && value >= 0, "value", pair, value, reference,
+                             0);
+            continue;
+        }
+        const double relative = relative_tolerance(full);
+        // A diffuse shape is of the order of 1, and 1 - F cancels.
+        const double floor = diffuse ? 1e-6 : tiny + fresnel * full;
+        mismatches.check_near("value", pair, value, reference, relative * reference + floor);
+        for (std::size_t p = 0; p < expected.parameters.size(); ++p) {
+            const Parameter& parameter = expected.parameters[p];
+            const Slope by = slope(expected, pair, expected.theta, p);
+            const double scale = unit(parameter, expected.theta[p]);
+            double tolerance = relative * std::abs(by.value) + by.uncertainty +
+                               (2e-5 * reference + 1e3 * floor) / scale;
+            if (parameter.name == "f0") // the slope is (1 - p5) S, which cancels at grazing
+                tolerance += 1e-6 * full;
+            else if (fresnel > 0)
+                tolerance +=
+                    fresnel * std::abs(slope(expected, pair, expected.full_theta(), p).value);
+            mismatches.check_near("derivative by " + parameter.name, pair, values.derivatives[p][k],
+                                  by.value, tolerance);
+        }
+    }
+}
+
+std::vector<std::string> model_names(bool reciprocal_only = false, bool conserving_only = false) {
+    std::vector<std::string> names;
+    for (const Model& model : catalogue())
+        if ((model.reciprocal || !reciprocal_only) && (model.conserves_energy || !conserving_only))
+            names.push_back(model.name);
+    return names;
+}
+
+std::string test_name(const testing::TestParamInfo<std::string>& info) {
+    return model_named(info.param).identifier();
+}
+
+/// Directional albedo of the reference at wo, by the half vector: log-spaced tangents resolve every
+/// roughness.
+double albedo(const Expected& expected, double theta_o) {
+    constexpr int steps = 320, azimuths = 144;
+    const double lower = std::log(1e-6), upper = std::log(1e3);
+    const Vector wo = direction(theta_o, 0);
+    double sum = 0;
+    for (int i = 0; i < steps; ++i) {
+        const double tangent = std::exp(lower + (upper - lower) * (i + 0.5) / steps);
+        // sin(theta) d(theta), with d(theta) = cos^2 tan d(log tan)
+        const double measure =
+            std::pow(tangent, 2) / std::pow(1 + tangent * tangent, 1.5) * (upper - lower) / steps;
+        for (int j = 0; j < azimuths; ++j) {
+            // The lobe and wo are mirror images of themselves in y: half a turn will do.
+            const Vector h = at_tangent(tangent, pi * (j + 0.5) / azimuths);
+            const double c = wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2];
+            if (c <= 0)
+                continue;
+            const Vector wi = mirrored(wo, h);
+            if (wi[2] > 0)
+                sum += expected.value({wi, wo}, expected.theta) * wi[2] * 4 * c * measure *
+                       (2 * pi / azimuths);
+        }
+    }
+    return sum;
+}
+
+const std::vector<double> polar_degrees = {0, 30, 60, 80, 85, 89};
+
+double largest_albedo(const Expected& expected) {
+    double largest = 0;
+    for (const double degrees : polar_degrees)
+        largest = std::max(largest, albedo(expected, degrees * pi / 180));
+    return largest;
+}
+
+class EveryModel : public testing::TestWithParam<std::string> {
+  protected:
+    const Model& model = model_named(GetParam());
+};
+class ReciprocalModel : public EveryModel {};
+class ConservingModel : public EveryModel {};
+
+} // namespace
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryModel, testing::ValuesIn(model_names()), test_name);
+INSTANTIATE_TEST_SUITE_P(Catalogue, ReciprocalModel, testing::ValuesIn(model_names(true)),
+                         test_name);
+INSTANTIATE_TEST_SUITE_P(Catalogue, ConservingModel, testing::ValuesIn(model_names(false, true)),
+                         test_name);
+
+TEST_P(EveryModel, EqualsItsEquationIsotropic) {
+    const std::vector<Pair> pairs = chosen_pairs();
+    const Directions directions = directions_of(pairs);
+    const std::vector<Parameter> parameters = parameters_of(model, true);
+    for (const Theta& theta : chosen_thetas(parameters))
+        compare_with_reference({model, true, parameters, theta}, pairs, directions);
+}
+
+TEST_P(EveryModel, EqualsItsEquationAnisotropic) {
+    const std::vector<Pair> pairs = chosen_pairs();
+    const Directions directions = directions_of(pairs);
+    const std::vector<Parameter> parameters = parameters_of(model, false);
+    for (const Theta& theta : chosen_thetas(parameters))
+        compare_with_reference({model, false, parameters, theta}, pairs, directions);
+}
+
+TEST_P(ReciprocalModel, IsReciprocal) {
+    std::vector<Pair> pairs = chosen_pairs(), swapped;
+    for (const Pair& pair : pairs)
+        swapped.push_back({pair.wo, pair.wi});
+    const std::vector<Parameter> parameters = parameters_of(model, false);
+    for (const Theta& theta : grid(parameters, {0, 0.6})) {
+        SCOPED_TRACE(fmt::format("theta ({:.9g})", fmt::join(theta, ", ")));
+        Mismatches mismatches;
+        const ModelValues one = evaluate_model(device(), model, false, theta, directions_of(pairs));
+        const ModelValues other =
+            evaluate_model(device(), model, false, theta, directions_of(swapped));
+        for (std::size_t k = 0; k < pairs.size(); ++k)
+            mismatches.check_near("exchanged", pairs[k], other.value[k], one.value[k],
+                                  1e-5 * one.value[k]);
+    }
+}
+
+TEST_P(EveryModel, IsFiniteAndNotNegative) {
+    Random random(3);
+    std::vector<Pair> pairs = special_pairs();
+    // Far beyond what any measurement has.
+    for (const double z : {1e-10, 1e-20, 1e-30})
+        for (const double other : {z, 1e-3, 1.0})
+            for (const double phi : {0.0, 1.0, pi})
+                pairs.push_back({at_height(z, 0), at_height(other, phi)});
+    while (pairs.size() < 1000000)
+        pairs.push_back(random_pair(random));
+    const Directions directions = directions_of(pairs);
+    for (const bool isotropic : {true, false})
+        for (const double fraction : {0.0, 0.4, 1.0}) {
+            Theta theta;
+            for (const Parameter& p : parameters_of(model, isotropic))
+                theta.push_back(at_fraction(p, fraction));
+            SCOPED_TRACE(fmt::format("theta ({:.9g})", fmt::join(theta, ", ")));
+            Mismatches mismatches;
+            const ModelValues values =
+                evaluate_model(device(), model, isotropic, theta, directions);
+            for (std::size_t k = 0; k < pairs.size(); ++k) {
+                const float value = values.value[k];
+                mismatches.check(std::isfinite(value) && value >= 0, "value", pairs[k], value, 0,
+                                 0);
+            }
+        }
+}
+
+TEST_P(EveryModel, IsZeroBelowTheHorizon) {
+    Random random(4);
+    std::vector<Pair> pairs = {{{0, 0, -1}, {0, 0, 1}},   {{0, 0, 1}, {0, 0, -1}},
+                               {{0, 0, -1}, {0, 0, -1}},  {{1, 0, 0}, {0, 0, 1}},
+                               {{0, 0, 1}, {0, 1, -0.0}}, {{1, 0, 0}, {-1, 0, 0}},
+                               {{1, 0, 0}, {1, 0, 0}},    {{0.6, 0, 0.8}, {-0.6, 0, -0.8}}};
+    for (int i = 0; i < 1000; ++i) {
+        Pair pair = random_pair(random);
+        (i % 2 == 0 ? pair.wi : pair.wo)[2] *= -1;
+        if (i % 3 == 0)
+            (i % 2 == 0 ? pair.wo : pair.wi)[2] *= -1;
+        pairs.push_back(pair);
+    }
+    const Directions directions = directions_of(pairs);
+    for (const Theta& theta : grid(parameters_of(model, false), {0.5, 1})) {
+        Mismatches mismatches;
+        const ModelValues values = evaluate_model(device(), model, false, theta, directions);
+        for (std::size_t k = 0; k < pairs.size(); ++k) {
+            mismatches.check_near("value", pairs[k], values.value[k], 0, 0);
+            for (const std::vector<float>& derivative : values.derivatives)
+                mismatches.check_near("derivative", pairs[k], derivative[k], 0, 0);
+        }
+    }
+}
+
+TEST_P(EveryModel, IsotropicFormIsTheAnisotropicWithEqualRoughness) {
+    const std::vector<Pair> pairs = chosen_pairs();
+    const Directions directions = directions_of(pairs);
+    for (const Theta& theta : grid(parameters_of(model, true), {0.3, 0.7})) {
+        Theta both = theta;
+        if (model.kind == Kind::Lobe)
+            both = Lobe{&model, true, theta, {}}.anisotropic_theta();
+        SCOPED_TRACE(fmt::format("theta ({:.9g})", fmt::join(theta, ", ")));
+        Mismatches mismatches;
+        const ModelValues one = evaluate_model(device(), model, true, theta, directions);
+        const ModelValues two = evaluate_model(device(), model, false, both, directions);
+        for (std::size_t k = 0; k < pairs.size(); ++k)
+            mismatches.check_near("anisotropic form", pairs[k], two.value[k], one.value[k],
+                                  relative_tolerance(one.value[k]) * one.value[k] + tiny);
+    }
+}
+
+TEST_P(EveryModel, IsotropicFormKnowsNoAzimuth) {
+    const std::vector<Pair> pairs = chosen_pairs();
+    const Directions directions = directions_of(pairs);
+    for (const Theta& theta : grid(parameters_of(model, true), {0.3, 0.7})) {
+        const ModelValues still = evaluate_model(device(), model, true, theta, directions);
+        for (const double angle : {0.5, pi / 2, 2.5}) {
+            SCOPED_TRACE(fmt::format("theta ({:.9g}) angle {}", fmt::join(theta, ", "), angle));
+            std::vector<Pair> turned;
+            for (const Pair& pair : pairs)
+                turned.push_back({rotated(pair.wi, angle), rotated(pair.wo, angle)});
+            Mismatches mismatches;
+            const ModelValues values =
+                evaluate_model(device(), model, true, theta, directions_of(turned));
+            for (std::size_t k = 0; k < pairs.size(); ++k)
+                mismatches.check_near("turned", pairs[k], values.value[k], still.value[k],
+                                      relative_tolerance(still.value[k]) * still.value[k] + 1e-6);
+        }
+    }
+}
+
+TEST_P(ConservingModel, ReflectsNoMoreThanItReceives) {
+    for (const bool isotropic : {true, false}) {
+        std::vector<Parameter> parameters = parameters_of(model, isotropic);
+        const bool fresnel = !parameters.empty() && parameters[0].name == "f0";
+        if (fresnel)
+            parameters.erase(parameters.begin());
+        const std::vector<double> fractions =
+            isotropic ? std::vector<double>{0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.85, 1}
+                      : std::vector<double>{0.1, 0.5, 0.9};
+        for (Theta theta : grid(parameters, fractions)) {
+            if (fresnel)
+                theta.insert(theta.begin(), 1);
+            const Expected expected{model, isotropic, parameters_of(model, isotropic), theta};
+            EXPECT_LE(largest_albedo(expected), 1 + 1e-3) << expected.text();
+        }
+    }
+}
+
+// Kurt, Szirmay-Kalos, Krivanek 2010: energy is conserved at alpha = 0, and only there.
+TEST(Kurt, ConservesEnergyAtAlphaZero) {
+    const Model& kurt = model_named("kurt");
+    const auto with = [&](double m, double alpha) {
+        return Expected{kurt, true, kurt.isotropic, {1, m, alpha}};
+    };
+    for (const double m : {0.001, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0})
+        EXPECT_LE(largest_albedo(with(m, 0)), 1 + 1e-3) << m;
+    EXPECT_NEAR(albedo(with(0.3, 0.5), 89 * pi / 180), 2.1, 0.05);
+}
+
+TEST(KurtPlausible, ConservesEnergyForModerateRoughness) {
+    const Model& model = model_named("kurt-plausible");
+    const auto with = [&](double m) { return Expected{model, true, model.isotropic, {1, m}}; };
+    for (const double m : {0.001, 0.03, 0.1, 0.3, 1.0, 1.8})
+        EXPECT_LE(largest_albedo(with(m)), 1 + 1e-3) << m;
+    EXPECT_NEAR(largest_albedo(with(2)), 1.05, 0.02);
+    EXPECT_NEAR(largest_albedo(with(10)), 4.4, 0.1);
+}
+
+namespace {
+
+constexpr std::size_t many_channels = 31;
+
+std::vector<double> random_strengths(Random& random, double upper) {
+    std::vector<double> strengths;
+    for (std::size_t i = 0; i < many_channels; ++i)
+        strengths.push_back(static_cast<float>(uniform(random, 0, upper)));
+    return strengths;
+}
+
+Material empty_material(Random& random, const Model& diffuse) {
+    Material material;
+    for (std::size_t i = 0; i < many_channels; ++i)
+        material.channels.push_back(fmt::format("{} nm", 400 + 10 * i));
+    material.diffuse = &diffuse;
+    material.kd = random_strengths(random, 0.5);
+    return material;
+}
+
+/// A lobe around its start; in the anisotropic form its roughnesses differ.
+Lobe random_lobe(Random& random, const Model& model, bool isotropic) {
+    Lobe lobe{&model, isotropic, {}, random_strengths(random, 1)};
+    for (const Parameter& p : model.parameters(isotropic))
+        lobe.theta.push_back(
+            static_cast<float>(std::min(p.upper, p.start * uniform(random, 0.7, 1.5))));
+    return lobe;
+}
+
+void compare_with_reference(const Material& material) {
+    const std::vector<Pair> pairs = chosen_pairs();
+    const std::vector<float> values = evaluate(device(), material, directions_of(pairs));
+    ASSERT_EQ(values.size(), pairs.size() * material.channels.size());
+    Mismatches mismatches;
+    for (std::size_t k = 0; k < pairs.size(); ++k)
+        for (std::size_t ch = 0; ch < material.channels.size(); ++ch) {
+            const double value = values[ch * pairs.size() + k];
+            const double reference = reference_evaluate(material, ch, pairs[k].wi, pairs[k].wo);
+            if (reference > huge)
+                mismatches.check(std::isfinite(value), "value", pairs[k], value, reference, 0);
+            else
+                mismatches.check_near(material.channels[ch], pairs[k], value, reference,
+                                      relative_tolerance(reference) * reference + 1e-6);
+        }
+}
+
+std::vector<const Model*> lobe_models() {
+    std::vector<const Model*> models;
+    for (const Model& model : catalogue())
+        if (model.kind == Kind::Lobe)
+            models.push_back(&model);
+    return models;
+}
+
+} // namespace
+
+TEST(Mixtures, EqualTheSumOfTheirTerms) {
+    Random random(5);
+    const std::vector<const Model*> models = lobe_models();
+    for (std::size_t first = 0; first < models.size(); ++first)
+        for (const std::size_t lobes : {2, 4}) {
+            Material material = empty_material(random, model_named("lambert"));
+            for (std::size_t l = 0; l < lobes; ++l)
+                material.lobes.push_back(random_lobe(
+                    random, *models[(first + l * l) % models.size()], (first + l) % 2 == 0));
+            SCOPED_TRACE(to_json(material)["lobes"].dump());
+            compare_with_reference(material);
+        }
+}
+
+// Lobes of one model share its planes.
+TEST(Mixtures, RepeatOneModel) {
+    Random random(6);
+    for (const Model* model : lobe_models())
+        for (const bool isotropic : {true, false}) {
+            SCOPED_TRACE(model->name);
+            Material material = empty_material(random, model_named("lambert"));
+            for (int l = 0; l < 3; ++l)
+                material.lobes.push_back(random_lobe(random, *model, isotropic));
+            compare_with_reference(material);
+        }
+}
+
+// Every diffuse shape; one that goes with a lobe takes the first lobe's f0, not the second's.
+TEST(Mixtures, HaveEveryDiffuseShape) {
+    Random random(7);
+    for (const Model& diffuse : catalogue()) {
+        if (diffuse.kind == Kind::Lobe)
+            continue;
+        SCOPED_TRACE(diffuse.name);
+        const Model& lobe = model_named(diffuse.lobe.empty() ? "ward" : diffuse.lobe);
+        Material material = empty_material(random, diffuse);
+        if (diffuse.lobe.empty())
+            compare_with_reference(material); // without a lobe
+        for (int l = 0; l < 2; ++l)
+            material.lobes.push_back(random_lobe(random, lobe, l == 0));
+        compare_with_reference(material);
+        material.lobes.push_back(random_lobe(random, *lobe_models().back(), true));
+        compare_with_reference(material);
+    }
+}
+
+TEST(Mixtures, StayFiniteWhereFloatsEnd) {
+    std::vector<Pair> pairs = special_pairs();
+    pairs.push_back({{1, 0, 0}, {0, 0, 1}});
+    pairs.push_back({{0, 0, -1}, {0, 0, -1}});
+    for (const double strength : {0.0, 1.0, double{std::numeric_limits<float>::max()}})
+        for (const Model* model : lobe_models()) {
+            SCOPED_TRACE(fmt::format("{} with strength {}", model->name, strength));
+            Material material;
+            material.channels = {"Y"};
+            material.diffuse = &model_named("lambert");
+            material.kd = {strength};
+            Lobe lobe{model, true, {}, {strength}};
+            for (const Parameter& p : model->isotropic)
+                lobe.theta.push_back(p.scale == Scale::Log ? p.lower : p.upper);
+            material.lobes = {lobe, lobe};
+            const std::vector<float> values = evaluate(device(), material, directions_of(pairs));
+            for (std::size_t k = 0; k < pairs.size(); ++k) {
+                const bool above = pairs[k].wi[2] > 0 && pairs[k].wo[2] > 0;
+                EXPECT_TRUE(std::isfinite(values[k]) && values[k] >= 0) << values[k];
+                EXPECT_TRUE(above || values[k] == 0) << values[k];
+            }
+        }
+}
+
+// What brdfit demo fits must look like a material: no channel reflects more than it receives.
+TEST(DemoMaterials, ReflectNoMoreThanTheyReceive) {
+    for (const EmbeddedFile* file = embedded_demo; file->name != nullptr; ++file) {
+        const Material material = parse_material(file->text, file->name);
+        for (std::size_t ch = 0; ch < material.channels.size(); ++ch)
+            for (const double degrees : {0, 30, 60, 75}) {
+                const double theta_o = degrees * pi / 180;
+                double sum = material.kd[ch];
+                for (const Lobe& lobe : material.lobes)
+                    sum +=
+                        lobe.ks[ch] * albedo({*lobe.model, lobe.isotropic,
+                                              lobe.model->parameters(lobe.isotropic), lobe.theta},
+                                             theta_o);
+                EXPECT_LE(sum, 1) << file->name << " " << material.channels[ch] << " " << degrees;
+                EXPECT_GT(sum, 0.02) << file->name;
+            }
+    }
+}
+
+} // namespace brdfit
