@@ -10,7 +10,8 @@ namespace brdfit {
 
 /// Reads measured reflectance in any known format, recognised by content, never by name.
 /// `isotropic` overrides what the data says (scattered formats only).
-/// Throws InputError naming file, place and expectation for every broken input.
+/// Throws InputError naming file, place and expectation for every broken input, UsageError where
+/// `isotropic` contradicts the format.
 Samples read_samples(const std::string& path, std::optional<bool> isotropic = std::nullopt);
 
 /// Reads pairs of directions: `.csv` with the header wi_x,wi_y,wi_z,wo_x,wo_y,wo_z or `.npy` of

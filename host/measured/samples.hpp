@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace brdfit {
@@ -26,13 +27,16 @@ class Directions {
 
     std::size_t count() const { return count_; }
     const float* plane(Plane p) const { return data_.data() + count_ * p; }
+    float* plane(Plane p) { return data_.data() + count_ * p; }
     const std::vector<float>& data() const { return data_; }
-    /// Sets pair k; wi and wo must be unit vectors and not opposite.
+    /// Sets pair k; wi and wo must be unit vectors. Opposite ones get h = n, c = 0.
     void set(std::size_t k, const Vector& wi, const Vector& wo);
     /// Sets pair k where the half vector is known better than wi + wo tells it.
     void set(std::size_t k, const Vector& wi, const Vector& wo, const Vector& h, double c);
     Vector wi(std::size_t k) const { return at(WiX, k); }
     Vector wo(std::size_t k) const { return at(WoX, k); }
+    /// wi and wo of pair k to the precision of h and c, which near grazing is better than wi(k)'s.
+    std::pair<Vector, Vector> pair(std::size_t k) const;
     /// Whether both directions of pair k are above the horizon.
     bool above_horizon(std::size_t k) const { return plane(WiZ)[k] > 0 && plane(WoZ)[k] > 0; }
 
@@ -53,7 +57,7 @@ struct Samples {
     std::vector<std::string> channels;
     std::shared_ptr<const Directions> directions; ///< K pairs; shared between files on one grid
     std::vector<float> values;                    ///< BRDF in 1/sr, [channel][sample]
-    std::vector<float> weights; ///< w_k >= 0, solid-angle measure of the sample; empty: all 1
+    std::vector<float> weights;      ///< w_k >= 0, solid-angle measure of the sample; empty: all 1
     std::vector<std::uint8_t> valid; ///< [sample] 0: dropped by every consumer
     bool isotropic = true;
 

@@ -1,0 +1,254 @@
+#include "host/measured/write.hpp"
+
+#include "host/error.hpp"
+#include "host/file.hpp"
+#include "host/measured/merl.hpp"
+#include "host/measured/npy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/compile.h>
+#include <fmt/format.h>
+#include <iterator>
+#include <spdlog/spdlog.h>
+#include <unordered_set>
+
+namespace brdfit {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+enum class Ending { Merl, Csv, Npy };
+
+Ending ending_of(const std::string& path, bool merl_allowed) {
+    const std::string ending = std::filesystem::path(path).extension().string();
+    if (ending == ".csv")
+        return Ending::Csv;
+    if (ending == ".npy")
+        return Ending::Npy;
+    if (ending == ".binary" && merl_allowed)
+        return Ending::Merl;
+    throw UsageError(fmt::format("{}: unknown ending; expected {}.csv or .npy", path,
+                                 merl_allowed ? ".binary, " : ""));
+}
+
+/// Collects output and passes it on in large pieces.
+class Writer {
+  public:
+    explicit Writer(const std::string& path) : file_(path) {}
+
+    void bytes(std::string_view text) { buffer_.append(text.data(), text.data() + text.size()); }
+    void raw(float value) { bytes({reinterpret_cast<const char*>(&value), sizeof value}); }
+    /// Number as the shortest text that is read back the same, then `separator`.
+    template <typename Number>
+    void text(Number value, char separator) {
+        fmt::format_to(std::back_inserter(buffer_), FMT_COMPILE("{}{}"), value, separator);
+    }
+    void end_row() {
+        if (buffer_.size() >= 1 << 20)
+            flush();
+    }
+    void commit() {
+        flush();
+        file_.commit();
+    }
+
+  private:
+    void flush() {
+        file_.write(buffer_.data(), buffer_.size());
+        buffer_.clear();
+    }
+    OutputFile file_;
+    fmt::memory_buffer buffer_;
+};
+
+/// The `# ` lines and the line of names that begin a CSV file.
+std::string csv_head(const std::vector<std::string>& names,
+                     const std::vector<std::string>& provenance) {
+    std::string head;
+    for (std::string line : provenance) {
+        std::replace_if(
+            line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+        head += "# " + line + '\n';
+    }
+    return head + fmt::format("{}\n", fmt::join(names, ","));
+}
+
+/// Throws where a CSV file with these columns could not be read back.
+void require_csv_names(const std::string& path, const std::vector<std::string>& names) {
+    std::unordered_set<std::string> seen;
+    for (const std::string& name : names) {
+        const bool outer_space =
+            !name.empty() && (std::isspace(static_cast<unsigned char>(name[0])) ||
+                              std::isspace(static_cast<unsigned char>(name.back())));
+        if (name.empty() || outer_space || name.find_first_of(",\r\n") != std::string::npos)
+            throw InputError(fmt::format("{}: the channel name '{}' cannot head a column of a .csv",
+                                         path, name));
+        if (!seen.insert(name).second)
+            throw InputError(fmt::format("{}: two columns would have the name '{}'", path, name));
+    }
+}
+
+/// An angle without the digits that float32 directions do not have.
+double rounded(double angle) {
+    return std::round(angle * 1e9) / 1e9 + 0.0;
+}
+
+double polar(const Vector& v) {
+    return std::atan2(std::hypot(v[0], v[1]), v[2]);
+}
+double azimuth(const Vector& v) {
+    return std::atan2(v[1], v[0]);
+}
+
+void require_valid_samples(const Samples& samples, const std::string& path) {
+    if (samples.valid_count() == 0)
+        throw InputError(fmt::format("{}: nothing to write: {} has no valid samples", path,
+                                     samples.source.empty() ? "the data" : samples.source));
+}
+
+/// Whether a column of weights says anything.
+bool weighted(const Samples& samples) {
+    for (std::size_t k = 0; k < samples.weights.size(); ++k)
+        if (samples.valid[k] && samples.weights[k] != 1)
+            return true;
+    return false;
+}
+
+void write_csv(const Samples& samples, const std::string& path,
+               const std::vector<std::string>& provenance) {
+    std::vector<std::string> names{"theta_i", "phi_i", "theta_o", "phi_o"};
+    names.insert(names.end(), samples.channels.begin(), samples.channels.end());
+    const bool weights = weighted(samples);
+    names.push_back("weight"); // reserved even where it is not written
+    require_csv_names(path, names);
+    if (!weights)
+        names.pop_back();
+    Writer writer(path);
+    writer.bytes(csv_head(names, provenance));
+    const std::size_t channels = samples.channels.size();
+    for (std::size_t k = 0; k < samples.count(); ++k) {
+        if (!samples.valid[k])
+            continue;
+        const auto [wi, wo] = samples.directions->pair(k);
+        // Isotropic data is turned so that phi_i = 0 everywhere, which tells a reader what it is.
+        const double phi_i = samples.isotropic ? 0 : azimuth(wi);
+        const double phi_o = samples.isotropic ? std::atan2(wi[0] * wo[1] - wi[1] * wo[0],
+                                                            wi[0] * wo[0] + wi[1] * wo[1])
+                                               : azimuth(wo);
+        writer.text(rounded(polar(wi)), ',');
+        writer.text(rounded(phi_i), ',');
+        writer.text(rounded(polar(wo)), ',');
+        writer.text(rounded(phi_o), ',');
+        for (std::size_t c = 0; c < channels; ++c)
+            writer.text(samples.channel(c)[k], c + 1 < channels || weights ? ',' : '\n');
+        if (weights)
+            writer.text(samples.weights[k], '\n');
+        writer.end_row();
+    }
+    writer.commit();
+}
+
+void write_npy(const Samples& samples, const std::string& path) {
+    const std::size_t channels = samples.channels.size();
+    const Directions& directions = *samples.directions;
+    Writer writer(path);
+    writer.bytes(npy::header(samples.valid_count(), 6 + channels + 1));
+    for (std::size_t k = 0; k < samples.count(); ++k) {
+        if (!samples.valid[k])
+            continue;
+        for (const auto plane : {Directions::WiX, Directions::WiY, Directions::WiZ, Directions::WoX,
+                                 Directions::WoY, Directions::WoZ})
+            writer.raw(directions.plane(plane)[k]);
+        for (std::size_t c = 0; c < channels; ++c)
+            writer.raw(samples.channel(c)[k]);
+        writer.raw(samples.weights.empty() ? 1 : samples.weights[k]);
+        writer.end_row();
+    }
+    writer.commit();
+}
+
+/// Weighted averages of scattered samples in the bins of the MERL grid; empty bins are invalid.
+Samples average_in_bins(const Samples& samples) {
+    Samples grid;
+    grid.channels = samples.channels;
+    grid.directions = merl::bin_directions();
+    grid.values.resize(samples.channels.size() * merl::bins);
+    std::vector<std::size_t> bin(samples.count());
+    std::vector<double> weight(merl::bins), sum(merl::bins);
+    for (std::size_t k = 0; k < samples.count(); ++k) {
+        const auto [wi, wo] = samples.directions->pair(k);
+        bin[k] = merl::bin_of(wi, wo);
+        if (samples.valid[k])
+            weight[bin[k]] += samples.weights.empty() ? 1 : samples.weights[k];
+    }
+    for (std::size_t c = 0; c < samples.channels.size(); ++c) {
+        std::fill(sum.begin(), sum.end(), 0);
+        for (std::size_t k = 0; k < samples.count(); ++k)
+            if (samples.valid[k])
+                sum[bin[k]] +=
+                    (samples.weights.empty() ? 1.0 : samples.weights[k]) * samples.channel(c)[k];
+        for (std::size_t b = 0; b < merl::bins; ++b)
+            grid.channel(c)[b] = static_cast<float>(weight[b] > 0 ? sum[b] / weight[b] : 0);
+    }
+    grid.valid.resize(merl::bins);
+    for (std::size_t b = 0; b < merl::bins; ++b)
+        grid.valid[b] = weight[b] > 0;
+    return grid;
+}
+
+void write_merl(const Samples& samples, const std::string& path) {
+    if (!samples.isotropic)
+        throw InputError(
+            fmt::format("{}: the data is anisotropic; a MERL file holds isotropic data", path));
+    if (samples.channels.size() != 3)
+        throw InputError(fmt::format("{}: the data has {} channels; a MERL file holds 3", path,
+                                     samples.channels.size()));
+    if (samples.directions == merl::bin_directions())
+        return merl::write(samples, path);
+    const Samples grid = average_in_bins(samples);
+    merl::write(grid, path);
+    spdlog::info("{}: {} of {} bins hold samples", path, grid.valid_count(), merl::bins);
+}
+
+} // namespace
+
+void write_samples(const Samples& samples, const std::string& path,
+                   const std::vector<std::string>& provenance) {
+    switch (ending_of(path, true)) {
+    case Ending::Merl:
+        return write_merl(samples, path);
+    case Ending::Csv:
+        require_valid_samples(samples, path);
+        return write_csv(samples, path, provenance);
+    case Ending::Npy:
+        require_valid_samples(samples, path);
+        return write_npy(samples, path);
+    }
+}
+
+void write_columns(const std::string& path, const std::vector<std::string>& names,
+                   const std::vector<std::vector<float>>& columns,
+                   const std::vector<std::string>& provenance) {
+    const Ending ending = ending_of(path, false);
+    const std::size_t rows = columns.empty() ? 0 : columns[0].size();
+    if (ending == Ending::Csv)
+        require_csv_names(path, names);
+    Writer writer(path);
+    writer.bytes(ending == Ending::Csv ? csv_head(names, provenance)
+                                       : npy::header(rows, columns.size()));
+    for (std::size_t row = 0; row < rows; ++row) {
+        for (std::size_t i = 0; i < columns.size(); ++i) {
+            if (ending == Ending::Csv)
+                writer.text(columns[i][row], i + 1 < columns.size() ? ',' : '\n');
+            else
+                writer.raw(columns[i][row]);
+        }
+        writer.end_row();
+    }
+    writer.commit();
+}
+
+} // namespace brdfit
