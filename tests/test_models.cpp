@@ -276,6 +276,8 @@ void compare_with_reference(const Expected& expected, const std::vector<Pair>& p
         for (std::size_t p = 0; p < expected.parameters.size(); ++p) {
             const Parameter& parameter = expected.parameters[p];
             const Slope by = slope(expected, pair, expected.theta, p);
+            if (std::abs(by.value) > huge)
+                continue;
             const double scale = unit(parameter, expected.theta[p]);
             double tolerance = relative * std::abs(by.value) + by.uncertainty +
                                (2e-5 * reference + 1e3 * floor) / scale;
@@ -407,9 +409,14 @@ TEST_P(EveryModel, IsFiniteAndNotNegative) {
             const ModelValues values =
                 evaluate_model(device(), model, isotropic, theta, directions);
             for (std::size_t k = 0; k < pairs.size(); ++k) {
-                const float value = values.value[k];
+                const double value = values.value[k];
                 mismatches.check(std::isfinite(value) && value >= 0, "value", pairs[k], value, 0,
                                  0);
+                // Where the kernel clamps, the equation is beyond float32, too.
+                if (value > huge)
+                    mismatches.check(reference_value(model.name, isotropic, theta, pairs[k].wi,
+                                                     pairs[k].wo) > huge / 10,
+                                     "clamped value", pairs[k], value, 0, 0);
             }
         }
 }
@@ -510,8 +517,9 @@ TEST(KurtPlausible, ConservesEnergyForModerateRoughness) {
     const auto with = [&](double m) { return Expected{model, true, model.isotropic, {1, m}}; };
     for (const double m : {0.001, 0.03, 0.1, 0.3, 1.0, 1.8})
         EXPECT_LE(largest_albedo(with(m)), 1 + 1e-3) << m;
-    EXPECT_NEAR(largest_albedo(with(2)), 1.05, 0.02);
-    EXPECT_NEAR(largest_albedo(with(10)), 4.4, 0.1);
+    // Its largest albedo is that at grazing.
+    EXPECT_NEAR(albedo(with(2), 89.9 * pi / 180), 1.05, 0.01);
+    EXPECT_NEAR(albedo(with(10), 89.9 * pi / 180), 4.4, 0.05);
 }
 
 namespace {
@@ -635,7 +643,7 @@ TEST(Mixtures, StayFiniteWhereFloatsEnd) {
             for (std::size_t k = 0; k < pairs.size(); ++k) {
                 const bool above = pairs[k].wi[2] > 0 && pairs[k].wo[2] > 0;
                 EXPECT_TRUE(std::isfinite(values[k]) && values[k] >= 0) << values[k];
-                EXPECT_TRUE(above || values[k] == 0) << values[k];
+                EXPECT_TRUE((above && strength > 0) || values[k] == 0) << values[k];
             }
         }
 }
