@@ -84,7 +84,10 @@ void add_models(CLI::App& app, const Globals&, Action& action) {
     command->add_option("NAME", options->name, "only this model");
     command->add_flag("--json", options->json,
                       "print JSON: an array with an object for each model");
-    command->footer("Example:\n  brdfit models kurt");
+    command->footer(
+        "iz, oz, hz: cosines of light, viewer and half vector h with the normal; c = wi.h = wo.h.\n"
+        "F = f0 + (1-f0)(1-c)^5; D: Beckmann's distribution of h.\n"
+        "Example:\n  brdfit models kurt");
     command->callback([options, &action] {
         action = [options] {
             std::vector<Model> chosen = catalogue();
