@@ -175,6 +175,7 @@ std::vector<double> parse_strengths(const Json& object, const Place& at, const s
     if (values.size() != channels)
         here.fail(fmt::format("has {} values; expected {}", values.size(), expected));
     std::vector<double> strengths;
+    strengths.reserve(channels);
     for (std::size_t i = 0; i < channels; ++i)
         strengths.push_back(
             parse_number(values[i], here.element(i), 0, std::numeric_limits<float>::max()));
@@ -303,7 +304,7 @@ std::string one_line(const Json& value) {
 
 /// JSON for people: what fits is on one line, and so is every array of plain values.
 std::string pretty(const Json& value, std::size_t indent = 0) {
-    const std::string line = one_line(value);
+    std::string line = one_line(value);
     const bool flat = value.is_array() && std::none_of(value.begin(), value.end(),
                                                        [](auto& e) { return e.is_structured(); });
     if (flat || !value.is_structured() || (indent > 0 && indent + line.size() <= line_width))
