@@ -22,8 +22,7 @@ std::size_t triangle(int n) { return static_cast<std::size_t>(n) * (static_cast<
 
 std::shared_ptr<const FitProgram> ProgramCache::get(const Structure& structure, int channels,
                                                     int chunk) {
-    const std::string key = fmt::format("{} {} {} {}", structure.name(), structure.isotropic,
-                                        channels, chunk);
+    const std::string key = fmt::format("{} {} {}", structure.key(), channels, chunk);
     const std::lock_guard<std::mutex> lock(mutex_);
     for (const Entry& entry : entries_)
         if (entry.key == key)
@@ -32,6 +31,13 @@ std::shared_ptr<const FitProgram> ProgramCache::get(const Structure& structure, 
         structure, layout_of(structure), build_program(device_, structure, channels, chunk)});
     entries_.push_back({key, program});
     return program;
+}
+
+const cl::Program& ProgramCache::gram() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!gram_)
+        gram_ = build_gram_program(device_);
+    return *gram_;
 }
 
 Objective::Objective(const Device& device, std::shared_ptr<const FitProgram> program,

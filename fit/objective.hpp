@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 namespace brdfit {
@@ -25,7 +26,8 @@ class ProgramCache {
   public:
     explicit ProgramCache(const Device& device) : device_(device) {}
     std::shared_ptr<const FitProgram> get(const Structure& structure, int channels, int chunk);
-    const Device& device() const { return device_; }
+    /// Products of rows, for the global search.
+    const cl::Program& gram();
 
   private:
     struct Entry {
@@ -35,6 +37,7 @@ class ProgramCache {
     const Device& device_;
     std::mutex mutex_;
     std::vector<Entry> entries_;
+    std::optional<cl::Program> gram_;
 };
 
 /// kd and ks: [channel][diffuse, lobes...].

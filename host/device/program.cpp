@@ -74,15 +74,42 @@ std::string with_line(const std::string& path) {
     return fmt::format("#line 1 \"kernels/{}\"\n{}\n", path, kernel_source(path));
 }
 
+// The text, after the macros of the device's form, as a program.
+cl::Program built(const Device& device, const std::string& text, const std::string& what) {
+    const Form& form = device.form;
+    cl::Program program(device.context,
+                        fmt::format("#define V {}\n#define LS {}\n#define BLOCK {}\n",
+                                    form.vector_width, form.local_size,
+                                    form.block / form.vector_width) +
+                            text);
+    try {
+        program.build(device.handle, "-cl-std=CL1.2 -cl-mad-enable");
+    } catch (const cl::Error&) {
+        throw InputError(fmt::format("the kernels for {} do not build on {}:\n{}", what, device.name,
+                                     program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device.handle)));
+    }
+    return program;
+}
+
 } // namespace
 
 std::string Structure::name() const {
-    std::string text;
+    if (lobes.empty())
+        return diffuse->name;
+    const bool coupled = diffuse->kind == Kind::DiffuseAndLobe;
+    const bool one_model =
+        std::all_of(lobes.begin(), lobes.end(), [&](const Model* m) { return m == lobes.front(); });
+    std::string text = coupled ? diffuse->name : lobes.front()->name;
+    for (std::size_t l = 1; l < lobes.size() && !one_model; ++l)
+        text += "+" + lobes[l]->name;
+    return text;
+}
+
+std::string Structure::key() const {
+    std::string text = diffuse->name + (isotropic ? " isotropic" : " anisotropic");
     for (const Model* lobe : lobes)
-        text += (text.empty() ? "" : "+") + lobe->name;
-    if (diffuse->kind == Kind::DiffuseAndLobe)
-        return text.empty() || text == diffuse->lobe ? diffuse->name : text + "/" + diffuse->name;
-    return text.empty() ? diffuse->name : text;
+        text += " " + lobe->name;
+    return text;
 }
 
 StructureLayout layout_of(const Structure& structure) {
@@ -116,28 +143,19 @@ std::string kernel_source(const std::string& path) {
 
 cl::Program build_program(const Device& device, const Structure& structure, int channels,
                           int chunk) {
-    const Form& form = device.form;
-    std::string text =
-        fmt::format("#define V {}\n#define LS {}\n#define BLOCK {}\n#define CHANNELS {}\n"
-                    "#define CHUNK {}\n#define ROUGHNESSES {}\n",
-                    form.vector_width, form.local_size, form.block / form.vector_width, channels,
-                    chunk, structure.isotropic ? 1 : 2);
+    std::string text = fmt::format("#define CHANNELS {}\n#define CHUNK {}\n#define ROUGHNESSES {}\n",
+                                   channels, chunk, structure.isotropic ? 1 : 2);
     for (const char* shared : {"common.cl", "geometry.cl", "schlick.cl", "beckmann.cl"})
         text += with_line(shared);
     for (const PlacedModel& p : placed_models(structure))
         text += with_line(fmt::format("models/{}.cl", p.model->name));
     text += generated_text(structure);
-    text += with_line("evaluate.cl");
-    text += with_line("fit.cl");
-    cl::Program program(device.context, text);
-    try {
-        program.build(device.handle, "-cl-std=CL1.2 -cl-mad-enable");
-    } catch (const cl::Error&) {
-        throw InputError(fmt::format("the kernels for {} do not build on {}:\n{}", structure.name(),
-                                     device.name,
-                                     program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device.handle)));
-    }
-    return program;
+    text += with_line("evaluate.cl") + with_line("fit.cl");
+    return built(device, text, structure.name());
+}
+
+cl::Program build_gram_program(const Device& device) {
+    return built(device, with_line("common.cl") + with_line("gram.cl"), "the search");
 }
 
 } // namespace brdfit

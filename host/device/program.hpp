@@ -14,8 +14,11 @@ struct Structure {
     std::vector<const Model*> lobes;
     bool isotropic = true; ///< form of every lobe
 
-    /// e.g. "kurt+ward"
+    /// For people and file names: "kurt" for any number of kurt lobes, "kurt+ward" for a mixture; a
+    /// coupled diffuse shape stands for its lobe.
     std::string name() const;
+    /// Unlike for structures that differ.
+    std::string key() const;
 };
 
 /// A derivative a program computes: of basis function `basis` (0 diffuse, 1.. lobes) by parameter
@@ -40,10 +43,12 @@ StructureLayout layout_of(const Structure& structure);
 /// Throws InputError for a file that is missing there.
 std::string kernel_source(const std::string& path);
 
-/// Builds a program from the structure and the kernel file `main` ("evaluate.cl", "fit.cl"; "fit.cl"
-/// includes "evaluate.cl"), for `channels` channels in chunks of `chunk`.
-/// Throws InputError with the build log, where lines carry the kernel file's name.
+/// Builds the kernels evaluate.cl and fit.cl for a structure and files of `channels` channels, handled
+/// `chunk` at once. Throws InputError with the build log, whose lines carry the kernel file's name.
 cl::Program build_program(const Device& device, const Structure& structure, int channels,
                           int chunk);
+
+/// Builds gram.cl, which knows no models.
+cl::Program build_gram_program(const Device& device);
 
 } // namespace brdfit

@@ -1,0 +1,379 @@
+#include "fit/fit.hpp"
+
+#include "host/error.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace brdfit {
+
+namespace {
+
+// Samples the global search looks at.
+constexpr std::size_t thinned_count = 16384;
+// Starting points polished on the thinned samples, then on all.
+constexpr std::size_t single_lobe_starts = 6, several_lobe_starts = 16;
+constexpr std::size_t single_lobe_finalists = 2, several_lobe_finalists = 3;
+// A random start beats the search where its error is below by more than this share.
+constexpr double better_share = 1e-3;
+
+double seconds_since(std::chrono::steady_clock::time_point started) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+}
+
+bool coupled(const Structure& structure) { return structure.diffuse->kind == Kind::DiffuseAndLobe; }
+
+std::vector<std::string> split(const std::string& text, char separator) {
+    std::vector<std::string> parts(1);
+    for (const char c : text)
+        if (c == separator)
+            parts.emplace_back();
+        else
+            parts.back() += c;
+    return parts;
+}
+
+// The rank of a lobe among those of its model: broad ones first.
+double breadth(const Model& model, bool isotropic, const double* theta) {
+    const std::vector<Parameter>& parameters = model.parameters(isotropic);
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+        if (parameters[i].scale == Scale::Log)
+            return theta[i];
+        if (parameters[i].scale == Scale::Log1p)
+            return -theta[i];
+    }
+    return 0;
+}
+
+// Lobes of one model are interchangeable: the broadest comes first. The first lobe of a coupled
+// material stays: the diffuse shape has its F.
+void order_lobes(const Structure& structure, const Space& space, std::vector<double>& theta,
+                 Coefficients& a) {
+    const StructureLayout layout = layout_of(structure);
+    const std::size_t lobes = structure.lobes.size();
+    const auto begin = [&](std::size_t l) { return static_cast<std::size_t>(layout.lobe_begin[l]); };
+    const auto same_ranges = [&](std::size_t p, std::size_t q) {
+        const auto& d = space.dimensions();
+        for (std::size_t i = 0; i < begin(p + 1) - begin(p); ++i)
+            if (d[begin(p) + i].parameter.lower != d[begin(q) + i].parameter.lower ||
+                d[begin(p) + i].parameter.upper != d[begin(q) + i].parameter.upper)
+                return false;
+        return true;
+    };
+    for (std::size_t i = coupled(structure) ? 1 : 0; i < lobes; ++i)
+        for (std::size_t k = i + 1; k < lobes; ++k) {
+            if (structure.lobes[i] != structure.lobes[k] || !same_ranges(i, k))
+                continue;
+            const Model& model = *structure.lobes[i];
+            if (breadth(model, structure.isotropic, &theta[begin(i)]) >=
+                breadth(model, structure.isotropic, &theta[begin(k)]))
+                continue;
+            std::swap_ranges(theta.begin() + layout.lobe_begin[i], theta.begin() + layout.lobe_begin[i + 1],
+                             theta.begin() + layout.lobe_begin[k]);
+            a.col(static_cast<Eigen::Index>(i) + 1).swap(a.col(static_cast<Eigen::Index>(k) + 1));
+        }
+}
+
+Material material_of(const Structure& structure, const std::vector<std::string>& channels,
+                     const std::vector<double>& theta, const Coefficients& a) {
+    const StructureLayout layout = layout_of(structure);
+    Material material;
+    material.channels = channels;
+    material.diffuse = structure.diffuse;
+    const auto column = [&](std::size_t j) {
+        const Eigen::VectorXd values = a.col(static_cast<Eigen::Index>(j));
+        return std::vector<double>(values.data(), values.data() + values.size());
+    };
+    material.kd = column(0);
+    for (std::size_t l = 0; l < structure.lobes.size(); ++l)
+        material.lobes.push_back({structure.lobes[l], structure.isotropic,
+                                  {theta.begin() + layout.lobe_begin[l],
+                                   theta.begin() + layout.lobe_begin[l + 1]},
+                                  column(l + 1)});
+    return material;
+}
+
+} // namespace
+
+Structure structure_named(const std::string& names, int lobes, const std::string& diffuse,
+                          bool isotropic) {
+    Structure structure;
+    structure.isotropic = isotropic;
+    structure.diffuse = &model_named("lambert");
+    const std::vector<std::string> parts = split(names, '+');
+    for (const std::string& part : parts) {
+        const Model& model = model_named(part);
+        if (model.kind == Kind::Diffuse) {
+            if (parts.size() > 1)
+                throw UsageError(fmt::format("'{}': {} is a diffuse shape, which every fit has; "
+                                             "choose it with --diffuse", names, part));
+            structure.diffuse = &model;
+        } else if (model.kind == Kind::DiffuseAndLobe) {
+            // Its lobe comes first: the diffuse shape has that one's F.
+            structure.diffuse = &model;
+            structure.lobes.insert(structure.lobes.begin(), &model_named(model.lobe));
+        } else {
+            structure.lobes.push_back(&model);
+        }
+    }
+    if (parts.size() == 1 && !structure.lobes.empty())
+        structure.lobes.resize(static_cast<std::size_t>(lobes), structure.lobes.front());
+    if (structure.lobes.size() > max_lobes)
+        throw UsageError(fmt::format("'{}' has {} lobes; at most {} are possible", names,
+                                     structure.lobes.size(), max_lobes));
+    if (!diffuse.empty()) {
+        const Model& model = model_named(diffuse);
+        if (model.kind == Kind::Lobe)
+            throw UsageError(fmt::format("--diffuse {}: is a lobe model, no diffuse shape", diffuse));
+        if (model.kind == Kind::DiffuseAndLobe &&
+            (structure.lobes.empty() || structure.lobes.front()->name != model.lobe))
+            throw UsageError(fmt::format("--diffuse {}: the first lobe of '{}' is not {}", diffuse,
+                                         names, model.lobe));
+        if (coupled(structure) && structure.diffuse != &model)
+            throw UsageError(
+                fmt::format("--diffuse {}: '{}' brings its own diffuse shape", diffuse, names));
+        structure.diffuse = &model;
+    }
+    return structure;
+}
+
+FileFitter::FileFitter(const Device& device, ProgramCache& programs, const Samples& samples,
+                       const FitOptions& options)
+    : device_(device), programs_(programs), samples_(samples), options_(options),
+      packed_(pack_samples(device, samples, options.max_theta, options.metric)),
+      thinned_(thin_samples(device, samples, packed_, options.metric, thinned_count)) {}
+
+Objective& FileFitter::thinned_objective(const Structure& structure) {
+    std::unique_ptr<Objective>& objective = thinned_objectives_[structure.key()];
+    if (!objective)
+        objective = std::make_unique<Objective>(
+            device_, programs_.get(structure, packed_.channels, packed_.chunk), thinned_);
+    return *objective;
+}
+
+MinimiseOptions FileFitter::full_polish() const {
+    MinimiseOptions options;
+    options.algorithm = options_.algorithm;
+    options.max_evaluations = options_.max_evaluations;
+    options.seed = options_.seed;
+    return options;
+}
+
+// Where the metric is quadratic NLopt sees theta alone; otherwise theta and all of kd and ks, which
+// start from the quadratic solution.
+FileFitter::Solution FileFitter::polish(Objective& objective, const Space& space,
+                                        const std::vector<double>& theta,
+                                        const MinimiseOptions& options) const {
+    std::vector<double> x = space.to_x(theta), lower = space.lower(), upper = space.upper();
+    std::vector<double> by_theta;
+    if (quadratic(options_.metric)) {
+        const Function error = [&](const std::vector<double>& at, std::vector<double>* gradient) {
+            const std::vector<double> t = space.to_theta(at);
+            const double value = objective.projected_error(t, gradient != nullptr ? &by_theta : nullptr);
+            if (gradient != nullptr)
+                *gradient = space.gradient_by_x(t, by_theta);
+            return value;
+        };
+        const Minimum minimum = minimise(error, x, lower, upper, options);
+        Solution solution{space.to_theta(minimum.x), {}, 0};
+        solution.squared_error = objective.projected_error(solution.theta);
+        solution.a = objective.coefficients();
+        return solution;
+    }
+
+    objective.projected_error(theta);
+    const Coefficients first = objective.coefficients();
+    const Eigen::Index channels = first.rows(), basis = first.cols();
+    // Coefficients are seen as shares of the largest of their kind.
+    const double largest = std::max(first.maxCoeff(), 1e-6);
+    Eigen::VectorXd scale(basis);
+    for (Eigen::Index j = 0; j < basis; ++j)
+        scale[j] = std::max(first.col(j).maxCoeff(), 1e-3 * largest);
+    const auto free = static_cast<Eigen::Index>(x.size());
+    for (Eigen::Index ch = 0; ch < channels; ++ch)
+        for (Eigen::Index j = 0; j < basis; ++j) {
+            x.push_back(first(ch, j) / scale[j]);
+            lower.push_back(0);
+            upper.push_back(1e6);
+        }
+    const auto coefficients_at = [&](const std::vector<double>& at) {
+        Coefficients a(channels, basis);
+        for (Eigen::Index i = 0; i < a.size(); ++i)
+            a.data()[i] = at[static_cast<std::size_t>(free + i)] * scale[i % basis];
+        return a;
+    };
+    const auto theta_at = [&](const std::vector<double>& at) {
+        return space.to_theta({at.begin(), at.begin() + free});
+    };
+    Coefficients by_coefficients;
+    const Function error = [&](const std::vector<double>& at, std::vector<double>* gradient) {
+        const std::vector<double> t = theta_at(at);
+        const double value =
+            objective.loss(options_.metric, t, coefficients_at(at), by_theta, by_coefficients);
+        if (gradient != nullptr) {
+            *gradient = space.gradient_by_x(t, by_theta);
+            for (Eigen::Index i = 0; i < by_coefficients.size(); ++i)
+                gradient->push_back(by_coefficients.data()[i] * scale[i % basis]);
+        }
+        return value;
+    };
+    const Minimum minimum = minimise(error, x, lower, upper, options);
+    return {theta_at(minimum.x), coefficients_at(minimum.x), minimum.value};
+}
+
+std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structure,
+                                                       const Space& space) {
+    if (structure.lobes.empty())
+        return {{{}, 0}};
+    std::vector<PartialFit> partial;
+    const bool by_lobe = std::any_of(options_.ranges.begin(), options_.ranges.end(),
+                                     [](const ParameterRange& range) { return range.lobe != 0; });
+    for (std::size_t missing = structure.lobes.size(); structure.lobes.size() > 1 && missing-- > 0;) {
+        // One of each model; ranges of a single lobe, and a coupled first lobe, would not carry over.
+        const bool last_of_model =
+            std::find(structure.lobes.begin() + static_cast<std::ptrdiff_t>(missing) + 1,
+                      structure.lobes.end(), structure.lobes[missing]) == structure.lobes.end();
+        const bool last = missing + 1 == structure.lobes.size();
+        if (!last_of_model || (missing == 0 && coupled(structure)) || (by_lobe && !last))
+            continue;
+        Structure smaller = structure;
+        smaller.lobes.erase(smaller.lobes.begin() + static_cast<std::ptrdiff_t>(missing));
+        partial.push_back({static_cast<int>(missing), fitted(smaller).solution.theta});
+    }
+    std::vector<Objective*> single;
+    for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
+        // A lobe alone is not coupled to the diffuse shape unless it may be.
+        Structure alone{structure.diffuse, {structure.lobes[l]}, structure.isotropic};
+        single.push_back(&thinned_objective(alone));
+    }
+    return search_shapes(device_, programs_.gram(), single, space, partial,
+                         structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts);
+}
+
+std::vector<FileFitter::Solution>
+FileFitter::polished_thinned(const Structure& structure, const Space& space,
+                             const std::vector<StartingPoint>& starts) {
+    Objective& objective = thinned_objective(structure);
+    MinimiseOptions options;
+    options.max_evaluations = 100;
+    options.relative_tolerance = 1e-6;
+    std::vector<Solution> solutions;
+    for (const StartingPoint& start : starts)
+        solutions.push_back(polish(objective, space, space.clamped(start.theta), options));
+    std::stable_sort(solutions.begin(), solutions.end(), [](const Solution& a, const Solution& b) {
+        return a.squared_error < b.squared_error;
+    });
+    return solutions;
+}
+
+std::vector<double> FileFitter::start_theta(const Structure& structure, const Space& space) const {
+    const Material& start = *options_.start;
+    bool same = start.diffuse == structure.diffuse && start.lobes.size() == structure.lobes.size();
+    for (std::size_t l = 0; same && l < structure.lobes.size(); ++l)
+        same = start.lobes[l].model == structure.lobes[l];
+    if (!same)
+        throw UsageError(fmt::format("--start: its lobes and diffuse shape are not those of {}",
+                                     structure.name()));
+    std::vector<double> theta;
+    for (const Lobe& lobe : start.lobes) {
+        std::vector<double> values = lobe.theta;
+        if (lobe.isotropic && !structure.isotropic)
+            values = lobe.anisotropic_theta();
+        else if (!lobe.isotropic && structure.isotropic &&
+                 lobe.theta.size() != lobe.model->isotropic.size())
+            throw UsageError(fmt::format("--start: its {} lobe is anisotropic, the data is isotropic",
+                                         lobe.model->name));
+        theta.insert(theta.end(), values.begin(), values.end());
+    }
+    const std::vector<double> within = space.clamped(theta);
+    if (within != theta)
+        throw UsageError("--start: a parameter is outside the bounds given");
+    return theta;
+}
+
+const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
+    const auto known = fitted_.find(structure.key());
+    if (known != fitted_.end())
+        return known->second;
+    Fitted fit;
+    fit.space = Space(structure.lobes, structure.isotropic, options_.ranges);
+    const Space& space = fit.space;
+    auto started = std::chrono::steady_clock::now();
+    std::vector<std::vector<double>> finalists;
+    if (options_.start) {
+        finalists.push_back(start_theta(structure, space));
+    } else {
+        std::vector<StartingPoint> starts = searched_starts(structure, space);
+        const std::vector<Solution> solutions = polished_thinned(structure, space, starts);
+        const std::size_t count =
+            structure.lobes.size() <= 1 ? single_lobe_finalists : several_lobe_finalists;
+        for (const Solution& solution : solutions) {
+            if (finalists.size() == count)
+                break;
+            // Polishes that met in one optimum go on as one.
+            const std::vector<double> x = space.to_x(solution.theta);
+            const bool distinct =
+                std::none_of(finalists.begin(), finalists.end(), [&](const std::vector<double>& other) {
+                    const std::vector<double> y = space.to_x(other);
+                    double distance = 0;
+                    for (std::size_t i = 0; i < x.size(); ++i)
+                        distance = std::max(distance, std::abs(x[i] - y[i]));
+                    return distance < 0.02;
+                });
+            if (distinct)
+                finalists.push_back(solution.theta);
+        }
+        fit.thinned_evaluations = thinned_objective(structure).passes();
+    }
+    fit.search_seconds = seconds_since(started);
+    started = std::chrono::steady_clock::now();
+    fit.objective = std::make_unique<Objective>(
+        device_, programs_.get(structure, packed_.channels, packed_.chunk), packed_);
+    fit.solution.squared_error = std::numeric_limits<double>::infinity();
+    for (const std::vector<double>& theta : finalists) {
+        Solution solution = polish(*fit.objective, space, theta, full_polish());
+        if (solution.squared_error < fit.solution.squared_error)
+            fit.solution = std::move(solution);
+    }
+    if (!std::isfinite(fit.solution.squared_error))
+        throw InputError(fmt::format("{}: {} has no finite error on these samples", samples_.source,
+                                     structure.name()));
+    fit.polish_seconds = seconds_since(started);
+    return fitted_.emplace(structure.key(), std::move(fit)).first->second;
+}
+
+FitResult FileFitter::fit(const Structure& structure) {
+    const auto started = std::chrono::steady_clock::now();
+    const Fitted& fit = fitted(structure);
+    Objective& objective = *fit.objective;
+    Solution solution = fit.solution;
+    FitResult result;
+    for (int i = 0; i < options_.random_starts; ++i) {
+        const std::vector<double> theta =
+            fit.space.random(options_.seed, static_cast<std::uint64_t>(i));
+        Solution other = polish(objective, fit.space, theta, full_polish());
+        if (std::sqrt(other.squared_error) < std::sqrt(fit.solution.squared_error) * (1 - better_share))
+            ++result.random_starts_better;
+        if (other.squared_error < solution.squared_error)
+            solution = std::move(other);
+    }
+    order_lobes(structure, fit.space, solution.theta, solution.a);
+    result.model = structure.name();
+    result.errors = objective.metric_errors(solution.theta, solution.a);
+    result.parameters = fitted_parameters(objective, fit.space, options_.metric, samples_.channels,
+                                          solution.theta, solution.a);
+    result.material = material_of(structure, samples_.channels, solution.theta, solution.a);
+    result.theta = std::move(solution.theta);
+    result.samples = packed_.count;
+    result.evaluations = result.passes = objective.passes();
+    result.pass_seconds = objective.seconds();
+    result.thinned_evaluations = fit.thinned_evaluations;
+    result.search_seconds = fit.search_seconds;
+    result.polish_seconds = fit.polish_seconds;
+    result.seconds = seconds_since(started);
+    return result;
+}
+
+} // namespace brdfit

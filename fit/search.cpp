@@ -1,0 +1,466 @@
+#include "fit/search.hpp"
+
+#include "host/device/buffer.hpp"
+#include "host/parallel.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace brdfit {
+
+namespace {
+
+// Grid points an axis. Two roughnesses share what one has to itself.
+constexpr int roughness_points = 24, paired_roughness_points = 11;
+constexpr int linear_points = 5, paired_linear_points = 3;
+// Combinations that get one more lobe, and that have their f0 refined.
+constexpr std::size_t beam = 24;
+constexpr std::size_t refined = 96;
+constexpr int tile = 4; // TILE of kernels/gram.cl
+
+// A lobe's shape: its rows at the lowest and the highest f0 (equal where f0 is not free).
+struct Shape {
+    std::vector<double> theta; // f0 at its lowest
+    std::vector<int> place;    // on the grid, without f0; empty: off the grid
+    int low_row = 0, high_row = 0;
+    bool mixed() const { return low_row != high_row; }
+};
+
+struct Combination {
+    std::vector<int> shapes;    // one a lobe
+    std::vector<double> shares; // of the way from the lowest to the highest f0, one a lobe
+    double squared_error;
+};
+
+// A basis function as a mixture of two rows.
+struct Column {
+    int low, high;
+    double share;
+};
+
+class Search {
+  public:
+    Search(const Device& device, const cl::Program& gram_program,
+           const std::vector<Objective*>& single, const Space& space,
+           const std::vector<PartialFit>& partial);
+    std::vector<StartingPoint> best(std::size_t count) const;
+
+  private:
+    int add_shape(Shape shape, bool mixed);
+    void fill_gram(const Device& device, const cl::Program& gram_program,
+                   const std::vector<Objective*>& single);
+    double inner(const Column& a, const Column& b) const;
+    double solve(const std::vector<Column>& columns, Eigen::MatrixXd* coefficients) const;
+    Combination relaxed(const std::vector<int>& settled, const std::vector<double>& shares, int added,
+                        int added_lobe) const;
+    Combination relaxed_pair(int first, int second) const;
+    void refine(Combination& combination) const;
+    std::vector<Combination> extended(const std::vector<Combination>& base, std::size_t lobe) const;
+    std::vector<Combination> best_sets() const;
+    bool neighbours(const Combination& a, const Combination& b) const;
+    StartingPoint start_of(const Combination& combination) const;
+
+    struct Range {
+        int begin, end;
+    };
+    int channels_, rows_ = 0;
+    double norm_;
+    std::vector<Space> spaces_;         // one a lobe
+    std::vector<Range> grid_;           // shapes of each lobe
+    std::vector<Objective*> objective_; // one a shape
+    std::vector<Shape> shapes_;
+    std::vector<Combination> given_; // partial fits: the missing lobe is -1
+    Eigen::MatrixXd gram_;           // [row][row]: channels, diffuse, shapes
+};
+
+bool has_free_f0(const Space& lobe) {
+    const auto& dimensions = lobe.dimensions();
+    return !dimensions.empty() && dimensions[0].parameter.name == "f0" && !dimensions[0].fixed;
+}
+
+// The points of each dimension's axis in x; f0 has its lowest value alone.
+std::vector<std::vector<double>> axes_of(const Space& lobe) {
+    const auto roughnesses = std::count_if(
+        lobe.dimensions().begin(), lobe.dimensions().end(),
+        [](const Space::Dimension& d) { return d.parameter.scale != Scale::Linear && !d.fixed; });
+    std::vector<std::vector<double>> axes;
+    for (std::size_t i = 0; i < lobe.dimensions().size(); ++i) {
+        const Space::Dimension& dimension = lobe.dimensions()[i];
+        const Parameter& p = dimension.parameter;
+        const bool f0 = i == 0 && p.name == "f0";
+        int points = p.scale == Scale::Linear
+                         ? (roughnesses > 1 ? paired_linear_points : linear_points)
+                         : (roughnesses > 1 ? paired_roughness_points : roughness_points);
+        if (dimension.fixed || f0)
+            points = 1;
+        const double low = to_scale(p.scale, p.lower), high = to_scale(p.scale, p.upper);
+        std::vector<double> axis;
+        for (int k = 0; k < points; ++k)
+            axis.push_back(points == 1 ? (f0 || dimension.fixed ? low : 0.5 * (low + high))
+                                       : low + (high - low) * k / (points - 1));
+        axes.push_back(axis);
+    }
+    return axes;
+}
+
+Search::Search(const Device& device, const cl::Program& gram_program,
+               const std::vector<Objective*>& single, const Space& space,
+               const std::vector<PartialFit>& partial)
+    : channels_(single.front()->samples().channels), norm_(single.front()->samples().norm()) {
+    rows_ = channels_ + 1;
+    for (std::size_t l = 0; l < single.size(); ++l) {
+        spaces_.push_back(space.of_lobe(static_cast<int>(l)));
+        const auto same = [&](std::size_t other) {
+            if (single[other] != single[l])
+                return false;
+            const auto& a = spaces_[other].dimensions();
+            const auto& b = spaces_[l].dimensions();
+            return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                              [](const Space::Dimension& x, const Space::Dimension& y) {
+                                  return x.parameter.lower == y.parameter.lower &&
+                                         x.parameter.upper == y.parameter.upper;
+                              });
+        };
+        std::size_t twin = 0;
+        while (twin < l && !same(twin))
+            ++twin;
+        if (twin < l) {
+            grid_.push_back(grid_[twin]);
+            continue;
+        }
+        const int begin = static_cast<int>(shapes_.size());
+        const std::vector<std::vector<double>> axes = axes_of(spaces_[l]);
+        std::vector<int> place(axes.size(), 0);
+        for (bool more = true; more;) {
+            Shape shape;
+            for (std::size_t i = 0; i < axes.size(); ++i) {
+                const Parameter& p = spaces_[l].dimensions()[i].parameter;
+                const double value =
+                    from_scale(p.scale, axes[i][static_cast<std::size_t>(place[i])]);
+                shape.theta.push_back(std::clamp(value, p.lower, p.upper));
+            }
+            shape.place = place;
+            add_shape(shape, has_free_f0(spaces_[l]));
+            objective_.push_back(single[l]);
+            more = false;
+            for (std::size_t i = 0; i < axes.size() && !more; ++i) {
+                if (++place[i] < static_cast<int>(axes[i].size()))
+                    more = true;
+                else
+                    place[i] = 0;
+            }
+        }
+        grid_.push_back({begin, static_cast<int>(shapes_.size())});
+    }
+    for (const PartialFit& fit : partial) {
+        Combination combination{{}, std::vector<double>(single.size(), 0.0), 0};
+        std::size_t next = 0;
+        for (std::size_t l = 0; l < single.size(); ++l) {
+            if (static_cast<int>(l) == fit.missing) {
+                combination.shapes.push_back(-1);
+                continue;
+            }
+            Shape shape;
+            const std::size_t size = spaces_[l].dimensions().size();
+            shape.theta.assign(fit.theta.begin() + static_cast<std::ptrdiff_t>(next),
+                               fit.theta.begin() + static_cast<std::ptrdiff_t>(next + size));
+            next += size;
+            combination.shapes.push_back(add_shape(shape, false));
+            objective_.push_back(single[l]);
+        }
+        given_.push_back(combination);
+    }
+    fill_gram(device, gram_program, single);
+}
+
+int Search::add_shape(Shape shape, bool mixed) {
+    shape.low_row = rows_++;
+    shape.high_row = mixed ? rows_++ : shape.low_row;
+    shapes_.push_back(std::move(shape));
+    return static_cast<int>(shapes_.size()) - 1;
+}
+
+void Search::fill_gram(const Device& device, const cl::Program& gram_program,
+                       const std::vector<Objective*>& single) {
+    const DeviceSamples& samples = single.front()->samples();
+    const std::size_t tiles = (static_cast<std::size_t>(rows_) + tile - 1) / tile;
+    const cl::Buffer rows = make_buffer(device, tiles * tile * samples.stride * sizeof(float));
+    single.front()->write_fixed_rows(rows);
+    // Shapes of one objective follow each other: one batch of candidates each.
+    for (std::size_t begin = 0; begin < shapes_.size();) {
+        std::size_t end = begin;
+        std::vector<std::vector<double>> candidates;
+        while (end < shapes_.size() && objective_[end] == objective_[begin]) {
+            candidates.push_back(shapes_[end].theta);
+            if (shapes_[end].mixed()) {
+                candidates.push_back(shapes_[end].theta);
+                for (std::size_t l = 0; l < spaces_.size(); ++l)
+                    if (grid_[l].begin <= static_cast<int>(end) && static_cast<int>(end) < grid_[l].end)
+                        candidates.back()[0] = spaces_[l].dimensions()[0].parameter.upper;
+            }
+            ++end;
+        }
+        objective_[begin]->write_shape_rows(rows, static_cast<std::size_t>(shapes_[begin].low_row),
+                                            candidates);
+        begin = end;
+    }
+    const auto width = static_cast<std::size_t>(device.form.vector_width);
+    const auto local = static_cast<std::size_t>(device.form.local_size);
+    const std::size_t outputs = tiles * tiles * samples.groups * tile * tile;
+    const cl::Buffer out = make_buffer(device, outputs * sizeof(float), CL_MEM_WRITE_ONLY);
+    cl::Kernel kernel(gram_program, "gram");
+    kernel.setArg(0, rows);
+    kernel.setArg(1, static_cast<cl_uint>(samples.stride / width));
+    kernel.setArg(2, out);
+    device.queue.enqueueNDRangeKernel(kernel, cl::NullRange,
+                                      cl::NDRange(tiles * local, tiles, samples.groups),
+                                      cl::NDRange(local, 1, 1));
+    const std::vector<float> sums = download<float>(device, out, outputs);
+    gram_.resize(rows_, rows_);
+    for (int i = 0; i < rows_; ++i)
+        for (int j = 0; j <= i; ++j) {
+            const std::size_t at = static_cast<std::size_t>(i / tile) * tiles + static_cast<std::size_t>(j / tile);
+            const auto within = static_cast<std::size_t>((i % tile) * tile + j % tile);
+            double sum = 0;
+            for (std::size_t g = 0; g < samples.groups; ++g)
+                sum += sums[(at * samples.groups + g) * tile * tile + within];
+            gram_(i, j) = gram_(j, i) = sum / norm_;
+        }
+}
+
+double Search::inner(const Column& a, const Column& b) const {
+    if (a.low == a.high && b.low == b.high)
+        return gram_(a.low, b.low);
+    return (1 - a.share) * ((1 - b.share) * gram_(a.low, b.low) + b.share * gram_(a.low, b.high)) +
+           a.share * ((1 - b.share) * gram_(a.high, b.low) + b.share * gram_(a.high, b.high));
+}
+
+// Squared error over all channels of the best non-negative coefficients of the columns.
+double Search::solve(const std::vector<Column>& columns, Eigen::MatrixXd* coefficients) const {
+    const int n = static_cast<int>(columns.size());
+    SmallMatrix gram(n, n);
+    SmallVector projected(n);
+    const SmallVector reference = SmallVector::Zero(n);
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j <= i; ++j)
+            gram(i, j) = gram(j, i) = inner(columns[static_cast<std::size_t>(i)],
+                                            columns[static_cast<std::size_t>(j)]);
+    if (!gram.allFinite())
+        return std::numeric_limits<double>::infinity();
+    double error = 0;
+    for (int ch = 0; ch < channels_; ++ch) {
+        for (int i = 0; i < n; ++i)
+            projected[i] = inner(columns[static_cast<std::size_t>(i)], {ch, ch, 0});
+        const NonNegativeSolution solution =
+            solve_nonnegative(gram, projected, gram_(ch, ch), reference);
+        error += solution.squared_error;
+        if (coefficients != nullptr)
+            coefficients->row(ch) = solution.a.transpose();
+    }
+    return error;
+}
+
+// The combination of the settled lobes with one more, whose f0 each channel may choose: a lower bound
+// of its error, and the share of f0 that the channels agree on best.
+Combination Search::relaxed(const std::vector<int>& settled, const std::vector<double>& shares,
+                            int added, int added_lobe) const {
+    std::vector<Column> columns{{channels_, channels_, 0}};
+    for (std::size_t l = 0; l < settled.size(); ++l)
+        if (settled[l] >= 0) {
+            const Shape& shape = shapes_[static_cast<std::size_t>(settled[l])];
+            columns.push_back({shape.low_row, shape.high_row, shares[l]});
+        }
+    const Shape& shape = shapes_[static_cast<std::size_t>(added)];
+    const auto low = static_cast<Eigen::Index>(columns.size());
+    columns.push_back({shape.low_row, shape.low_row, 0});
+    if (shape.mixed())
+        columns.push_back({shape.high_row, shape.high_row, 0});
+    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(channels_, static_cast<Eigen::Index>(columns.size()));
+    Combination combination{settled, shares, solve(columns, &a)};
+    const auto lobe = static_cast<std::size_t>(added_lobe);
+    if (lobe == combination.shapes.size()) {
+        combination.shapes.push_back(added);
+        combination.shares.push_back(0);
+    }
+    combination.shapes[lobe] = added;
+    if (shape.mixed()) {
+        const double both = a.col(low).sum() + a.col(low + 1).sum();
+        combination.shares[lobe] = both > 0 ? a.col(low + 1).sum() / both : 0.5;
+    }
+    return combination;
+}
+
+// Two lobes whose f0 each channel may choose.
+Combination Search::relaxed_pair(int first, int second) const {
+    std::vector<Column> columns{{channels_, channels_, 0}};
+    for (const int s : {first, second}) {
+        const Shape& shape = shapes_[static_cast<std::size_t>(s)];
+        columns.push_back({shape.low_row, shape.low_row, 0});
+        if (shape.mixed())
+            columns.push_back({shape.high_row, shape.high_row, 0});
+    }
+    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(channels_, static_cast<Eigen::Index>(columns.size()));
+    Combination combination{{first, second}, {0, 0}, solve(columns, &a)};
+    Eigen::Index column = 1;
+    for (std::size_t l = 0; l < 2; ++l) {
+        if (!shapes_[static_cast<std::size_t>(combination.shapes[l])].mixed()) {
+            ++column;
+            continue;
+        }
+        const double both = a.col(column).sum() + a.col(column + 1).sum();
+        combination.shares[l] = both > 0 ? a.col(column + 1).sum() / both : 0.5;
+        column += 2;
+    }
+    return combination;
+}
+
+// Moves the shares of f0, one lobe at a time, to the best of a few; sets the error without relaxation.
+void Search::refine(Combination& combination) const {
+    const auto error = [&] {
+        std::vector<Column> columns{{channels_, channels_, 0}};
+        for (std::size_t l = 0; l < combination.shapes.size(); ++l) {
+            const Shape& shape = shapes_[static_cast<std::size_t>(combination.shapes[l])];
+            columns.push_back({shape.low_row, shape.high_row, combination.shares[l]});
+        }
+        return solve(columns, nullptr);
+    };
+    combination.squared_error = error();
+    for (int sweep = 0; sweep < 2; ++sweep)
+        for (std::size_t l = 0; l < combination.shapes.size(); ++l) {
+            if (!shapes_[static_cast<std::size_t>(combination.shapes[l])].mixed())
+                continue;
+            double best = combination.shares[l];
+            for (const double share : {0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0}) {
+                combination.shares[l] = share;
+                const double e = error();
+                if (e < combination.squared_error) {
+                    combination.squared_error = e;
+                    best = share;
+                }
+            }
+            combination.shares[l] = best;
+        }
+}
+
+void keep_best(std::vector<Combination>& combinations, std::size_t count) {
+    count = std::min(count, combinations.size());
+    std::partial_sort(combinations.begin(), combinations.begin() + static_cast<std::ptrdiff_t>(count),
+                      combinations.end(), [](const Combination& a, const Combination& b) {
+                          return a.squared_error != b.squared_error
+                                     ? a.squared_error < b.squared_error
+                                     : a.shapes < b.shapes;
+                      });
+    combinations.resize(count);
+}
+
+// Every combination of `base` with every shape of lobe `lobe`; the best ones, with f0 refined.
+std::vector<Combination> Search::extended(const std::vector<Combination>& base,
+                                          std::size_t lobe) const {
+    const Range range = grid_[lobe];
+    const auto shapes = static_cast<std::size_t>(range.end - range.begin);
+    std::vector<Combination> all(base.size() * shapes);
+    parallel_pieces(all.size(), 32, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const Combination& from = base[i / shapes];
+            all[i] = relaxed(from.shapes, from.shares, range.begin + static_cast<int>(i % shapes),
+                             static_cast<int>(lobe));
+        }
+    });
+    keep_best(all, refined);
+    parallel_pieces(all.size(), 4, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            refine(all[i]);
+    });
+    keep_best(all, refined);
+    return all;
+}
+
+// The best combinations of all lobes.
+std::vector<Combination> Search::best_sets() const {
+    if (grid_.size() == 1)
+        return extended({Combination{{}, {}, 0}}, 0);
+    std::vector<std::pair<int, int>> pairs;
+    const bool twins = grid_[0].begin == grid_[1].begin;
+    for (int i = grid_[0].begin; i < grid_[0].end; ++i)
+        for (int j = twins ? i + 1 : grid_[1].begin; j < grid_[1].end; ++j)
+            pairs.emplace_back(i, j);
+    std::vector<Combination> sets(pairs.size());
+    parallel_pieces(pairs.size(), 64, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            sets[i] = relaxed_pair(pairs[i].first, pairs[i].second);
+    });
+    keep_best(sets, refined);
+    parallel_pieces(sets.size(), 4, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            refine(sets[i]);
+    });
+    keep_best(sets, refined);
+    for (std::size_t l = 2; l < grid_.size(); ++l) {
+        keep_best(sets, beam);
+        sets = extended(sets, l);
+    }
+    return sets;
+}
+
+bool Search::neighbours(const Combination& a, const Combination& b) const {
+    for (std::size_t l = 0; l < a.shapes.size(); ++l) {
+        const std::vector<int>& p = shapes_[static_cast<std::size_t>(a.shapes[l])].place;
+        const std::vector<int>& q = shapes_[static_cast<std::size_t>(b.shapes[l])].place;
+        for (std::size_t i = 0; i < p.size(); ++i)
+            if (std::abs(p[i] - q[i]) > 1)
+                return false;
+    }
+    return true;
+}
+
+StartingPoint Search::start_of(const Combination& combination) const {
+    StartingPoint start{{}, combination.squared_error};
+    for (std::size_t l = 0; l < combination.shapes.size(); ++l) {
+        const Shape& shape = shapes_[static_cast<std::size_t>(combination.shapes[l])];
+        std::vector<double> theta = shape.theta;
+        if (shape.mixed()) {
+            const Parameter& f0 = spaces_[l].dimensions()[0].parameter;
+            theta[0] = f0.lower + combination.shares[l] * (f0.upper - f0.lower);
+        }
+        start.theta.insert(start.theta.end(), theta.begin(), theta.end());
+    }
+    return start;
+}
+
+std::vector<StartingPoint> Search::best(std::size_t count) const {
+    std::vector<Combination> chosen;
+    for (const Combination& candidate : best_sets()) {
+        if (chosen.size() == count)
+            break;
+        const bool distinct = std::none_of(
+            chosen.begin(), chosen.end(),
+            [&](const Combination& other) { return neighbours(candidate, other); });
+        if (distinct && std::isfinite(candidate.squared_error))
+            chosen.push_back(candidate);
+    }
+    for (const Combination& given : given_) {
+        const auto missing = static_cast<std::size_t>(
+            std::find(given.shapes.begin(), given.shapes.end(), -1) - given.shapes.begin());
+        const std::vector<Combination> completed = extended({given}, missing);
+        if (!completed.empty())
+            chosen.push_back(completed.front());
+    }
+    std::vector<StartingPoint> starts;
+    for (const Combination& combination : chosen)
+        starts.push_back(start_of(combination));
+    std::stable_sort(starts.begin(), starts.end(), [](const StartingPoint& a, const StartingPoint& b) {
+        return a.squared_error < b.squared_error;
+    });
+    return starts;
+}
+
+} // namespace
+
+std::vector<StartingPoint> search_shapes(const Device& device, const cl::Program& gram_program,
+                                         const std::vector<Objective*>& single, const Space& space,
+                                         const std::vector<PartialFit>& partial, std::size_t count) {
+    return Search(device, gram_program, single, space, partial).best(count);
+}
+
+} // namespace brdfit

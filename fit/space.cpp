@@ -1,0 +1,210 @@
+#include "fit/space.hpp"
+
+#include "host/error.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+#include <random>
+
+namespace brdfit {
+
+namespace {
+
+double parse_number(const std::string& text, const std::string& whole) {
+    double value = 0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    if (error != std::errc() || stop != end || !std::isfinite(value))
+        throw UsageError(fmt::format("'{}': '{}' is not a finite number", whole, text));
+    return value;
+}
+
+// Name and lobe in front of '='; the rest goes to `value`.
+ParameterRange parse_name(const std::string& text, const char* form, std::string& value) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+        throw UsageError(fmt::format("'{}': expected {}", text, form));
+    ParameterRange range{text.substr(0, equals), 0, 0, 0, false};
+    value = text.substr(equals + 1);
+    const std::size_t dot = range.name.find('.');
+    if (dot != std::string::npos) {
+        const double lobe = parse_number(range.name.substr(0, dot), text);
+        if (lobe != std::floor(lobe) || lobe < 1 || lobe > 4)
+            throw UsageError(fmt::format("'{}': the lobe before the dot is 1 to 4", text));
+        range.lobe = static_cast<int>(lobe);
+        range.name = range.name.substr(dot + 1);
+    }
+    return range;
+}
+
+// Whether `name` on the command line means the parameter `parameter` of a model's form.
+bool means(const std::string& name, const std::string& parameter) {
+    return name == parameter || (name == "m" && (parameter == "mx" || parameter == "my")) ||
+           (name == "n" && (parameter == "nu" || parameter == "nv"));
+}
+
+} // namespace
+
+ParameterRange parse_fix(const std::string& text) {
+    std::string value;
+    ParameterRange range = parse_name(text, "NAME=VALUE, for example f0=0.04", value);
+    range.lower = range.upper = parse_number(value, text);
+    range.fixed = true;
+    return range;
+}
+
+ParameterRange parse_bound(const std::string& text) {
+    std::string value;
+    ParameterRange range = parse_name(text, "NAME=LOW:HIGH, for example alpha=0:1", value);
+    const std::size_t colon = value.find(':');
+    if (colon == std::string::npos)
+        throw UsageError(fmt::format("'{}': expected NAME=LOW:HIGH, for example alpha=0:1", text));
+    range.lower = parse_number(value.substr(0, colon), text);
+    range.upper = parse_number(value.substr(colon + 1), text);
+    if (range.lower > range.upper)
+        throw UsageError(fmt::format("'{}': the lower bound is above the upper", text));
+    return range;
+}
+
+double to_scale(Scale scale, double value) {
+    switch (scale) {
+    case Scale::Log:
+        return std::log(value);
+    case Scale::Log1p:
+        return std::log1p(value);
+    case Scale::Linear:
+        break;
+    }
+    return value;
+}
+
+double from_scale(Scale scale, double x) {
+    switch (scale) {
+    case Scale::Log:
+        return std::exp(x);
+    case Scale::Log1p:
+        return std::expm1(x);
+    case Scale::Linear:
+        break;
+    }
+    return x;
+}
+
+Space::Space(const std::vector<const Model*>& lobes, bool isotropic,
+             const std::vector<ParameterRange>& ranges) {
+    for (std::size_t l = 0; l < lobes.size(); ++l)
+        for (Parameter parameter : lobes[l]->parameters(isotropic)) {
+            const Parameter whole = parameter;
+            for (const ParameterRange& range : ranges) {
+                if (!means(range.name, whole.name) ||
+                    (range.lobe != 0 && range.lobe != static_cast<int>(l) + 1))
+                    continue;
+                if (range.lower < whole.lower || range.upper > whole.upper)
+                    throw UsageError(fmt::format("{} of {}: {} to {} is outside its range [{}, {}]",
+                                                 range.name, lobes[l]->name, range.lower, range.upper,
+                                                 whole.lower, whole.upper));
+                parameter.lower = std::max(parameter.lower, range.lower);
+                parameter.upper = std::min(parameter.upper, range.upper);
+                if (parameter.lower > parameter.upper)
+                    throw UsageError(fmt::format(
+                        "{} of {}: the bounds given leave nothing between them", range.name,
+                        lobes[l]->name));
+            }
+            parameter.start = std::clamp(parameter.start, parameter.lower, parameter.upper);
+            dimensions_.push_back(
+                {parameter, static_cast<int>(l), parameter.lower == parameter.upper});
+        }
+}
+
+Space Space::of_lobe(int lobe) const {
+    Space part;
+    for (Dimension dimension : dimensions_)
+        if (dimension.lobe == lobe) {
+            dimension.lobe = 0;
+            part.dimensions_.push_back(dimension);
+        }
+    return part;
+}
+
+std::vector<double> Space::to_x(const std::vector<double>& theta) const {
+    std::vector<double> x;
+    for (std::size_t i = 0; i < dimensions_.size(); ++i)
+        if (!dimensions_[i].fixed)
+            x.push_back(to_scale(dimensions_[i].parameter.scale, theta[i]));
+    return x;
+}
+
+std::vector<double> Space::to_theta(const std::vector<double>& x) const {
+    std::vector<double> theta;
+    std::size_t next = 0;
+    for (const Dimension& dimension : dimensions_) {
+        const Parameter& p = dimension.parameter;
+        theta.push_back(dimension.fixed
+                            ? p.lower
+                            : std::clamp(from_scale(p.scale, x[next]), p.lower, p.upper));
+        next += dimension.fixed ? 0 : 1;
+    }
+    return theta;
+}
+
+std::vector<double> Space::gradient_by_x(const std::vector<double>& theta,
+                                         const std::vector<double>& by_theta) const {
+    std::vector<double> gradient;
+    for (std::size_t i = 0; i < dimensions_.size(); ++i) {
+        if (dimensions_[i].fixed)
+            continue;
+        double slope = 1; // d theta / d x
+        if (dimensions_[i].parameter.scale == Scale::Log)
+            slope = theta[i];
+        else if (dimensions_[i].parameter.scale == Scale::Log1p)
+            slope = 1 + theta[i];
+        gradient.push_back(by_theta[i] * slope);
+    }
+    return gradient;
+}
+
+std::vector<double> Space::lower() const {
+    std::vector<double> x;
+    for (const Dimension& dimension : dimensions_)
+        if (!dimension.fixed)
+            x.push_back(to_scale(dimension.parameter.scale, dimension.parameter.lower));
+    return x;
+}
+
+std::vector<double> Space::upper() const {
+    std::vector<double> x;
+    for (const Dimension& dimension : dimensions_)
+        if (!dimension.fixed)
+            x.push_back(to_scale(dimension.parameter.scale, dimension.parameter.upper));
+    return x;
+}
+
+std::vector<double> Space::clamped(std::vector<double> theta) const {
+    for (std::size_t i = 0; i < dimensions_.size(); ++i)
+        theta[i] = std::clamp(theta[i], dimensions_[i].parameter.lower, dimensions_[i].parameter.upper);
+    return theta;
+}
+
+std::vector<double> Space::random(std::uint64_t seed, std::uint64_t number) const {
+    std::seed_seq sequence{seed, number};
+    std::mt19937_64 generator(sequence);
+    const std::vector<double> low = lower(), high = upper();
+    std::vector<double> x;
+    for (std::size_t i = 0; i < low.size(); ++i)
+        // Not uniform_real_distribution: its values differ between standard libraries.
+        x.push_back(low[i] + (high[i] - low[i]) * static_cast<double>(generator() >> 11) * 0x1p-53);
+    return to_theta(x);
+}
+
+bool names_parameter_of(const ParameterRange& range, const std::vector<const Model*>& models) {
+    for (const Model* model : models)
+        for (const bool isotropic : {true, false})
+            for (const Parameter& parameter : model->parameters(isotropic))
+                if (means(range.name, parameter.name))
+                    return true;
+    return false;
+}
+
+} // namespace brdfit

@@ -1,0 +1,61 @@
+#include "host/cli/command.hpp"
+#include "host/measured/read.hpp"
+#include "host/measured/write.hpp"
+#include "host/model/evaluate.hpp"
+#include "host/version.hpp"
+
+#include <filesystem>
+#include <fmt/format.h>
+
+namespace brdfit::cli {
+
+namespace {
+
+struct Options {
+    std::string material, directions, out;
+};
+
+int eval(const Options& options, const Globals& globals) {
+    const Material material = read_material(options.material);
+    const Directions directions = read_directions(options.directions);
+    const Device device = open_device(globals.device);
+    const std::vector<float> values = evaluate(device, material, directions);
+    std::vector<std::string> names{"wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z"};
+    std::vector<std::vector<float>> columns;
+    const std::size_t count = directions.count();
+    for (std::size_t p = 0; p < names.size(); ++p) {
+        const float* const plane = directions.plane(static_cast<Directions::Plane>(p));
+        columns.emplace_back(plane, plane + count);
+    }
+    for (std::size_t ch = 0; ch < material.channels.size(); ++ch) {
+        names.push_back(material.channels[ch]);
+        columns.emplace_back(values.begin() + static_cast<std::ptrdiff_t>(ch * count),
+                             values.begin() + static_cast<std::ptrdiff_t>((ch + 1) * count));
+    }
+    write_columns(options.out, names, columns,
+                  {fmt::format("BRDF in 1/sr of {}, evaluated by brdfit {}",
+                               std::filesystem::path(options.material).filename().string(), version)});
+    return 0;
+}
+
+} // namespace
+
+void add_eval(CLI::App& app, const Globals& globals, Action& action) {
+    CLI::App* command = app.add_subcommand("eval", "Evaluate a material at directions");
+    auto options = std::make_shared<Options>();
+    command->add_option("MATERIAL", options->material, "material file (.json)")->required();
+    command
+        ->add_option("DIRECTIONS", options->directions,
+                     ".csv with wi_x,wi_y,wi_z,wo_x,wo_y,wo_z or .npy of shape (N, 6)")
+        ->required();
+    command
+        ->add_option("-o,--output", options->out,
+                     ".csv or .npy: the directions, then one column a channel")
+        ->required();
+    command->footer("Example:\n  brdfit eval paint.json directions.csv -o values.csv");
+    command->callback([options, &globals, &action] {
+        action = [options, &globals] { return eval(*options, globals); };
+    });
+}
+
+} // namespace brdfit::cli
