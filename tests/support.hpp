@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace brdfit::test {
+
+/// A new empty folder that goes with the object.
+class TemporaryFolder {
+  public:
+    TemporaryFolder();
+    ~TemporaryFolder();
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+    /// Path of a file in it.
+    std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+    const std::filesystem::path& path() const { return path_; }
+
+  private:
+    std::filesystem::path path_;
+};
+
+void write_file(const std::string& path, const std::string& bytes);
+std::string read_file(const std::string& path);
+
+/// What a run of the program left.
+struct Outcome {
+    int status; ///< exit status; 128 + signal when it was killed
+    std::string out, err;
+};
+
+/// Runs brdfit with these arguments and waits for it.
+Outcome run_program(const std::vector<std::string>& arguments);
+
+/// A folder of measured data given by the environment variable BRDFIT_DATA; empty when unset.
+std::filesystem::path data_folder();
+
+} // namespace brdfit::test
