@@ -16,7 +16,8 @@ constexpr const char* metric_names[metric_count] = {"ngan", "l2", "log", "cbrt"}
 constexpr int largest_chunk = 8;
 
 // Copies what of the samples `used` depends on the metric, not on the models, to the device.
-void upload_used(const Device& device, const Samples& samples, Metric metric, DeviceSamples& packed) {
+void upload_used(const Device& device, const Samples& samples, Metric metric,
+                 DeviceSamples& packed) {
     const std::vector<std::uint32_t>& used = packed.used;
     const std::size_t block = static_cast<std::size_t>(device.form.block);
     packed.count = used.size();
@@ -35,13 +36,15 @@ void upload_used(const Device& device, const Samples& samples, Metric metric, De
         weight_sum += weighted ? samples.weights[k] : 1.0F;
     if (!(weight_sum > 0))
         throw InputError(fmt::format("{}: the weights of the samples used add up to {}; expected "
-                                     "a positive sum", samples.source, weight_sum));
+                                     "a positive sum",
+                                     samples.source, weight_sum));
     const double scale = static_cast<double>(packed.count) / weight_sum;
 
     std::vector<std::uint32_t> index(used);
     index.resize(packed.stride, used.back());
     packed.index = upload(device, index);
-    std::vector<float> values(packed.stride * static_cast<std::size_t>(packed.chunk * packed.chunks));
+    std::vector<float> values(packed.stride *
+                              static_cast<std::size_t>(packed.chunk * packed.chunks));
     for (std::size_t ch = 0; ch < samples.channels.size(); ++ch) {
         const float* const from = samples.channel(ch);
         float* const to = values.data() + ch * packed.stride;
@@ -65,7 +68,9 @@ void upload_used(const Device& device, const Samples& samples, Metric metric, De
 
 } // namespace
 
-const char* name_of(Metric metric) { return metric_names[static_cast<int>(metric)]; }
+const char* name_of(Metric metric) {
+    return metric_names[static_cast<int>(metric)];
+}
 
 Metric metric_named(const std::string& name) {
     for (int i = 0; i < metric_count; ++i)
@@ -88,7 +93,8 @@ DeviceSamples pack_samples(const Device& device, const Samples& samples, double 
     if (packed.used.empty())
         throw InputError(fmt::format(
             "{}: none of its {} samples is valid with both directions within {} degrees of the "
-            "normal; nothing to fit", samples.source, samples.count(), max_theta_degrees));
+            "normal; nothing to fit",
+            samples.source, samples.count(), max_theta_degrees));
     // The packed copies are for this file only, the directions are read where they are.
     packed.directions = cl::Buffer(
         device.context,
@@ -99,8 +105,8 @@ DeviceSamples pack_samples(const Device& device, const Samples& samples, double 
     return packed;
 }
 
-DeviceSamples thin_samples(const Device& device, const Samples& samples, const DeviceSamples& packed,
-                           Metric metric, std::size_t count) {
+DeviceSamples thin_samples(const Device& device, const Samples& samples,
+                           const DeviceSamples& packed, Metric metric, std::size_t count) {
     if (count >= packed.count)
         return packed;
     DeviceSamples thin;
@@ -111,7 +117,8 @@ DeviceSamples thin_samples(const Device& device, const Samples& samples, const D
         // A jittered place in each run: a regular stride would follow the grid's own period.
         state = state * 1664525U + 1013904223U;
         const double place = (static_cast<double>(i) + state / 4294967296.0) * run;
-        thin.used.push_back(packed.used[std::min(static_cast<std::size_t>(place), packed.count - 1)]);
+        thin.used.push_back(
+            packed.used[std::min(static_cast<std::size_t>(place), packed.count - 1)]);
     }
     upload_used(device, samples, metric, thin);
     return thin;

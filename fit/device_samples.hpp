@@ -16,7 +16,9 @@ const char* name_of(Metric metric);
 /// The metric of that name. Throws UsageError listing the known names.
 Metric metric_named(const std::string& name);
 /// Whether the metric is quadratic in kd and ks.
-inline bool quadratic(Metric metric) { return metric == Metric::Ngan || metric == Metric::L2; }
+inline bool quadratic(Metric metric) {
+    return metric == Metric::Ngan || metric == Metric::L2;
+}
 
 /// The samples a fit uses: the valid ones with theta_i, theta_o <= max_theta, packed and padded on
 /// the device. What depends on the models is added by Objective.
@@ -31,13 +33,13 @@ struct DeviceSamples {
     /// Squared errors are sums / (count * channels): weights are scaled to a mean of 1.
     double norm() const { return static_cast<double>(count) * channels; }
 
-    std::size_t pairs = 0;   ///< of the file's directions
-    cl::Buffer directions;   ///< the file's, [plane][pair]
-    cl::Buffer index;        ///< [stride] into the pairs; the padding repeats the last
-    cl::Buffer values;       ///< [channel][stride]
-    cl::Buffer weights;      ///< W of the quadratic part of the metric: w iz^2 or iz^2; 0 in the padding
-    cl::Buffer solid_angle;  ///< w, mean 1
-    cl::Buffer iz;           ///< cosine of wi
+    std::size_t pairs = 0; ///< of the file's directions
+    cl::Buffer directions; ///< the file's, [plane][pair]
+    cl::Buffer index;      ///< [stride] into the pairs; the padding repeats the last
+    cl::Buffer values;     ///< [channel][stride]
+    cl::Buffer weights; ///< W of the quadratic part of the metric: w iz^2 or iz^2; 0 in the padding
+    cl::Buffer solid_angle; ///< w, mean 1
+    cl::Buffer iz;          ///< cosine of wi
 
     std::vector<std::uint32_t> used; ///< the samples' numbers in the file
 };
@@ -47,7 +49,7 @@ DeviceSamples pack_samples(const Device& device, const Samples& samples, double 
                            Metric metric);
 /// About `count` of the packed samples, one of each run of equal length, for the global search. The
 /// same on every machine. All of them where there are not more.
-DeviceSamples thin_samples(const Device& device, const Samples& samples, const DeviceSamples& packed,
-                           Metric metric, std::size_t count);
+DeviceSamples thin_samples(const Device& device, const Samples& samples,
+                           const DeviceSamples& packed, Metric metric, std::size_t count);
 
 } // namespace brdfit

@@ -23,7 +23,9 @@ double seconds_since(std::chrono::steady_clock::time_point started) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
 }
 
-bool coupled(const Structure& structure) { return structure.diffuse->kind == Kind::DiffuseAndLobe; }
+bool coupled(const Structure& structure) {
+    return structure.diffuse->kind == Kind::DiffuseAndLobe;
+}
 
 std::vector<std::string> split(const std::string& text, char separator) {
     std::vector<std::string> parts(1);
@@ -53,7 +55,9 @@ void order_lobes(const Structure& structure, const Space& space, std::vector<dou
                  Coefficients& a) {
     const StructureLayout layout = layout_of(structure);
     const std::size_t lobes = structure.lobes.size();
-    const auto begin = [&](std::size_t l) { return static_cast<std::size_t>(layout.lobe_begin[l]); };
+    const auto begin = [&](std::size_t l) {
+        return static_cast<std::size_t>(layout.lobe_begin[l]);
+    };
     const auto same_ranges = [&](std::size_t p, std::size_t q) {
         const auto& d = space.dimensions();
         for (std::size_t i = 0; i < begin(p + 1) - begin(p); ++i)
@@ -70,7 +74,8 @@ void order_lobes(const Structure& structure, const Space& space, std::vector<dou
             if (breadth(model, structure.isotropic, &theta[begin(i)]) >=
                 breadth(model, structure.isotropic, &theta[begin(k)]))
                 continue;
-            std::swap_ranges(theta.begin() + layout.lobe_begin[i], theta.begin() + layout.lobe_begin[i + 1],
+            std::swap_ranges(theta.begin() + layout.lobe_begin[i],
+                             theta.begin() + layout.lobe_begin[i + 1],
                              theta.begin() + layout.lobe_begin[k]);
             a.col(static_cast<Eigen::Index>(i) + 1).swap(a.col(static_cast<Eigen::Index>(k) + 1));
         }
@@ -88,10 +93,11 @@ Material material_of(const Structure& structure, const std::vector<std::string>&
     };
     material.kd = column(0);
     for (std::size_t l = 0; l < structure.lobes.size(); ++l)
-        material.lobes.push_back({structure.lobes[l], structure.isotropic,
-                                  {theta.begin() + layout.lobe_begin[l],
-                                   theta.begin() + layout.lobe_begin[l + 1]},
-                                  column(l + 1)});
+        material.lobes.push_back(
+            {structure.lobes[l],
+             structure.isotropic,
+             {theta.begin() + layout.lobe_begin[l], theta.begin() + layout.lobe_begin[l + 1]},
+             column(l + 1)});
     return material;
 }
 
@@ -108,7 +114,8 @@ Structure structure_named(const std::string& names, int lobes, const std::string
         if (model.kind == Kind::Diffuse) {
             if (parts.size() > 1)
                 throw UsageError(fmt::format("'{}': {} is a diffuse shape, which every fit has; "
-                                             "choose it with --diffuse", names, part));
+                                             "choose it with --diffuse",
+                                             names, part));
             structure.diffuse = &model;
         } else if (model.kind == Kind::DiffuseAndLobe) {
             // Its lobe comes first: the diffuse shape has that one's F.
@@ -126,7 +133,8 @@ Structure structure_named(const std::string& names, int lobes, const std::string
     if (!diffuse.empty()) {
         const Model& model = model_named(diffuse);
         if (model.kind == Kind::Lobe)
-            throw UsageError(fmt::format("--diffuse {}: is a lobe model, no diffuse shape", diffuse));
+            throw UsageError(
+                fmt::format("--diffuse {}: is a lobe model, no diffuse shape", diffuse));
         if (model.kind == Kind::DiffuseAndLobe &&
             (structure.lobes.empty() || structure.lobes.front()->name != model.lobe))
             throw UsageError(fmt::format("--diffuse {}: the first lobe of '{}' is not {}", diffuse,
@@ -171,7 +179,8 @@ FileFitter::Solution FileFitter::polish(Objective& objective, const Space& space
     if (quadratic(options_.metric)) {
         const Function error = [&](const std::vector<double>& at, std::vector<double>* gradient) {
             const std::vector<double> t = space.to_theta(at);
-            const double value = objective.projected_error(t, gradient != nullptr ? &by_theta : nullptr);
+            const double value =
+                objective.projected_error(t, gradient != nullptr ? &by_theta : nullptr);
             if (gradient != nullptr)
                 *gradient = space.gradient_by_x(t, by_theta);
             return value;
@@ -230,8 +239,10 @@ std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structur
     std::vector<PartialFit> partial;
     const bool by_lobe = std::any_of(options_.ranges.begin(), options_.ranges.end(),
                                      [](const ParameterRange& range) { return range.lobe != 0; });
-    for (std::size_t missing = structure.lobes.size(); structure.lobes.size() > 1 && missing-- > 0;) {
-        // One of each model; ranges of a single lobe, and a coupled first lobe, would not carry over.
+    for (std::size_t missing = structure.lobes.size();
+         structure.lobes.size() > 1 && missing-- > 0;) {
+        // One of each model; ranges of a single lobe, and a coupled first lobe, would not carry
+        // over.
         const bool last_of_model =
             std::find(structure.lobes.begin() + static_cast<std::ptrdiff_t>(missing) + 1,
                       structure.lobes.end(), structure.lobes[missing]) == structure.lobes.end();
@@ -283,8 +294,8 @@ std::vector<double> FileFitter::start_theta(const Structure& structure, const Sp
             values = lobe.anisotropic_theta();
         else if (!lobe.isotropic && structure.isotropic &&
                  lobe.theta.size() != lobe.model->isotropic.size())
-            throw UsageError(fmt::format("--start: its {} lobe is anisotropic, the data is isotropic",
-                                         lobe.model->name));
+            throw UsageError(fmt::format(
+                "--start: its {} lobe is anisotropic, the data is isotropic", lobe.model->name));
         theta.insert(theta.end(), values.begin(), values.end());
     }
     const std::vector<double> within = space.clamped(theta);
@@ -314,8 +325,8 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
                 break;
             // Polishes that met in one optimum go on as one.
             const std::vector<double> x = space.to_x(solution.theta);
-            const bool distinct =
-                std::none_of(finalists.begin(), finalists.end(), [&](const std::vector<double>& other) {
+            const bool distinct = std::none_of(
+                finalists.begin(), finalists.end(), [&](const std::vector<double>& other) {
                     const std::vector<double> y = space.to_x(other);
                     double distance = 0;
                     for (std::size_t i = 0; i < x.size(); ++i)
@@ -325,7 +336,7 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
             if (distinct)
                 finalists.push_back(solution.theta);
         }
-        fit.thinned_evaluations = thinned_objective(structure).passes();
+        fit.thinned_evaluations = thinned_objective(structure).evaluations();
     }
     fit.search_seconds = seconds_since(started);
     started = std::chrono::steady_clock::now();
@@ -354,7 +365,8 @@ FitResult FileFitter::fit(const Structure& structure) {
         const std::vector<double> theta =
             fit.space.random(options_.seed, static_cast<std::uint64_t>(i));
         Solution other = polish(objective, fit.space, theta, full_polish());
-        if (std::sqrt(other.squared_error) < std::sqrt(fit.solution.squared_error) * (1 - better_share))
+        if (std::sqrt(other.squared_error) <
+            std::sqrt(fit.solution.squared_error) * (1 - better_share))
             ++result.random_starts_better;
         if (other.squared_error < solution.squared_error)
             solution = std::move(other);
@@ -367,7 +379,8 @@ FitResult FileFitter::fit(const Structure& structure) {
     result.material = material_of(structure, samples_.channels, solution.theta, solution.a);
     result.theta = std::move(solution.theta);
     result.samples = packed_.count;
-    result.evaluations = result.passes = objective.passes();
+    result.evaluations = objective.evaluations();
+    result.passes = objective.timed_passes();
     result.pass_seconds = objective.seconds();
     result.thinned_evaluations = fit.thinned_evaluations;
     result.search_seconds = fit.search_seconds;

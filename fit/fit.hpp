@@ -47,8 +47,8 @@ struct FitResult {
 };
 
 /// The structure that model names of the command line mean: `names` joined by '+' gives lobes,
-/// a coupled model its diffuse shape too; `lambert` none. `diffuse`: the diffuse shape asked for, or
-/// empty. Throws UsageError for unknown names and combinations that do not fit together.
+/// a coupled model its diffuse shape too; `lambert` none. `diffuse`: the diffuse shape asked for,
+/// or empty. Throws UsageError for unknown names and combinations that do not fit together.
 Structure structure_named(const std::string& names, int lobes, const std::string& diffuse,
                           bool isotropic);
 

@@ -28,9 +28,10 @@ struct Minimum {
 };
 
 /// Minimises from `start` within lower <= x <= upper with NLopt. The best point that the function
-/// was ever asked for is returned, whatever NLopt says of its own end: it reports round-off at exact
-/// optima, and non-finite values would make some of its algorithms "succeed" with wrong answers, so
-/// these are replaced by a large value. An exception from the function stops and comes out of here.
+/// was ever asked for is returned, whatever NLopt says of its own end: it reports round-off at
+/// exact optima, and non-finite values would make some of its algorithms "succeed" with wrong
+/// answers, so these are replaced by a large value. An exception from the function stops and comes
+/// out of here.
 Minimum minimise(const Function& function, const std::vector<double>& start,
                  const std::vector<double>& lower, const std::vector<double>& upper,
                  const MinimiseOptions& options);

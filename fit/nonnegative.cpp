@@ -10,9 +10,10 @@ namespace {
 // Below this share of its length a column is explained by the others as far as float32 sums tell.
 constexpr double independent_share = 1e-7;
 
-// Solves the rows and columns `free` (a bit mask) of gram x = right by Cholesky decomposition of the
-// matrix scaled to a unit diagonal; false where it is singular. x is 0 elsewhere.
-bool solve_subset(const SmallMatrix& gram, const SmallVector& right, unsigned free, SmallVector& x) {
+// Solves the rows and columns `free` (a bit mask) of gram x = right by Cholesky decomposition of
+// the matrix scaled to a unit diagonal; false where it is singular. x is 0 elsewhere.
+bool solve_subset(const SmallMatrix& gram, const SmallVector& right, unsigned free,
+                  SmallVector& x) {
     int index[max_unknowns];
     int n = 0;
     for (int i = 0; i < gram.rows(); ++i)

@@ -7,7 +7,8 @@ namespace brdfit {
 /// Largest number of unknowns of a non-negative least-squares problem here.
 inline constexpr int max_unknowns = 6;
 
-using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, max_unknowns, max_unknowns>;
+using SmallMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, max_unknowns, max_unknowns>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_unknowns, 1>;
 
 /// The exact non-negative least-squares solution over all subsets of unknowns that may be free.

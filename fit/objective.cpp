@@ -11,12 +11,15 @@ namespace brdfit {
 
 namespace {
 
-// Up to here one pass gathers error and gradient; beyond, accumulators spill and two passes are faster.
+// Up to here one pass gathers error and gradient; beyond, accumulators spill and two passes are
+// faster.
 constexpr std::size_t most_fused_sums = 40;
 // Where the reference explains this much less than the solution, the sums cancel: ask once more.
 constexpr double stale_reference = 30;
 
-std::size_t triangle(int n) { return static_cast<std::size_t>(n) * (static_cast<std::size_t>(n) + 1) / 2; }
+std::size_t triangle(int n) {
+    return static_cast<std::size_t>(n) * (static_cast<std::size_t>(n) + 1) / 2;
+}
 
 } // namespace
 
@@ -46,11 +49,13 @@ Objective::Objective(const Device& device, std::shared_ptr<const FitProgram> pro
       reference_error_(std::numeric_limits<double>::infinity()) {
     const StructureLayout& l = layout();
     const std::size_t all_channels = static_cast<std::size_t>(samples_.chunk * samples_.chunks);
-    planes_ = make_buffer(device_, static_cast<std::size_t>(l.planes) * samples_.stride * sizeof(float));
+    planes_ =
+        make_buffer(device_, static_cast<std::size_t>(l.planes) * samples_.stride * sizeof(float));
     theta_ = make_buffer(device_, std::max<std::size_t>(l.parameters.size(), 1) * sizeof(float),
                          CL_MEM_READ_ONLY);
-    coefficient_buffer_ = make_buffer(
-        device_, all_channels * static_cast<std::size_t>(l.basis) * sizeof(float), CL_MEM_READ_ONLY);
+    coefficient_buffer_ =
+        make_buffer(device_, all_channels * static_cast<std::size_t>(l.basis) * sizeof(float),
+                    CL_MEM_READ_ONLY);
     reference_ = Coefficients::Zero(samples_.channels, l.basis);
     coefficients_ = reference_;
 
@@ -68,10 +73,12 @@ Objective::Objective(const Device& device, std::shared_ptr<const FitProgram> pro
     device_.queue.finish();
 }
 
-cl::Kernel& Objective::kernel(const char* name) {
+cl::Kernel& Objective::kernel(const char* name, bool* fresh) {
     for (auto& entry : kernels_)
         if (std::strcmp(entry.first, name) == 0)
             return entry.second;
+    if (fresh != nullptr)
+        *fresh = true;
     kernels_.emplace_back(name, cl::Kernel(program_->program, name));
     return kernels_.back().second;
 }
@@ -103,7 +110,8 @@ Objective::Reduced Objective::run(const char* name, const std::vector<double>& t
         out_size_ = outputs;
     }
     upload_parameters(theta, a);
-    cl::Kernel& k = kernel(name);
+    bool fresh = false;
+    cl::Kernel& k = kernel(name, &fresh);
     cl_uint argument = 0;
     k.setArg(argument++, planes_);
     k.setArg(argument++, samples_.values);
@@ -117,27 +125,31 @@ Objective::Reduced Objective::run(const char* name, const std::vector<double>& t
     k.setArg(argument++, theta_);
     k.setArg(argument++, coefficient_buffer_);
     k.setArg(argument++, out_);
-    device_.queue.enqueueNDRangeKernel(k, cl::NullRange, cl::NDRange(samples_.groups * local, chunks),
-                                       cl::NDRange(local, 1));
+    device_.queue.enqueueNDRangeKernel(
+        k, cl::NullRange, cl::NDRange(samples_.groups * local, chunks), cl::NDRange(local, 1));
     staged_out_.resize(outputs);
     device_.queue.enqueueReadBuffer(out_, CL_TRUE, 0, outputs * sizeof(float), staged_out_.data());
 
-    Reduced reduced{Eigen::ArrayXXd::Zero(static_cast<Eigen::Index>(sums),
-                                          static_cast<Eigen::Index>(chunks))};
+    Reduced reduced{
+        Eigen::ArrayXXd::Zero(static_cast<Eigen::Index>(sums), static_cast<Eigen::Index>(chunks))};
     for (std::size_t chunk = 0; chunk < chunks; ++chunk)
         for (std::size_t group = 0; group < samples_.groups; ++group)
             reduced.sums.col(static_cast<Eigen::Index>(chunk)) +=
-                Eigen::Map<const Eigen::ArrayXf>(
-                    staged_out_.data() + (chunk * samples_.groups + group) * sums,
-                    static_cast<Eigen::Index>(sums))
+                Eigen::Map<const Eigen::ArrayXf>(staged_out_.data() +
+                                                     (chunk * samples_.groups + group) * sums,
+                                                 static_cast<Eigen::Index>(sums))
                     .cast<double>();
     reduced.sums /= samples_.norm();
-    ++passes_;
-    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    if (!fresh) { // the first run of a kernel may compile it
+        ++timed_passes_;
+        seconds_ +=
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    }
     return reduced;
 }
 
-// Solves kd and ks of every channel from basis sums taken about reference_; returns the squared error.
+// Solves kd and ks of every channel from basis sums taken about reference_; returns the squared
+// error.
 double Objective::solve(const Eigen::ArrayXXd& sums, Coefficients& a) const {
     const int basis = layout().basis;
     const auto gram_sums = static_cast<Eigen::Index>(triangle(basis));
@@ -164,12 +176,15 @@ double Objective::solve(const Eigen::ArrayXXd& sums, Coefficients& a) const {
 }
 
 double Objective::projected_error(const std::vector<double>& theta, std::vector<double>* gradient) {
+    ++evaluations_;
     const int basis = layout().basis;
     const int chunk = samples_.chunk;
     const std::vector<DerivativeEntry>& entries = layout().entries;
     const std::size_t basis_sums = triangle(basis) + static_cast<std::size_t>(chunk * basis) + 1;
-    const std::size_t gradient_sums = basis_sums + entries.size() * static_cast<std::size_t>(basis + chunk);
-    const bool fused = gradient != nullptr && samples_.chunks == 1 && gradient_sums <= most_fused_sums;
+    const std::size_t gradient_sums =
+        basis_sums + entries.size() * static_cast<std::size_t>(basis + chunk);
+    const bool fused =
+        gradient != nullptr && samples_.chunks == 1 && gradient_sums <= most_fused_sums;
     const char* const pass = fused ? "gradient_sums" : "basis_sums";
     const std::size_t count = fused ? gradient_sums : basis_sums;
 
@@ -193,8 +208,8 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
         if (fused) {
             const Coefficients change = coefficients_ - reference_;
             for (std::size_t e = 0; e < entries.size(); ++e) {
-                const auto first =
-                    static_cast<Eigen::Index>(basis_sums + e * static_cast<std::size_t>(basis + chunk));
+                const auto first = static_cast<Eigen::Index>(
+                    basis_sums + e * static_cast<std::size_t>(basis + chunk));
                 double sum = 0; // over channels of a W d_e r
                 for (int ch = 0; ch < samples_.channels; ++ch) {
                     double residual = reduced.sums(first + basis + ch, 0);
@@ -222,12 +237,12 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
 
 double Objective::loss(Metric metric, const std::vector<double>& theta, const Coefficients& a,
                        std::vector<double>& by_theta, Coefficients& by_coefficients) {
+    ++evaluations_;
     const int basis = layout().basis;
     const std::vector<DerivativeEntry>& entries = layout().entries;
-    const std::size_t count =
-        1 + entries.size() + static_cast<std::size_t>(samples_.chunk * basis);
-    const Reduced reduced = run(metric == Metric::Log ? "log_loss" : "cbrt_loss", theta, a, count,
-                                true, true);
+    const std::size_t count = 1 + entries.size() + static_cast<std::size_t>(samples_.chunk * basis);
+    const Reduced reduced =
+        run(metric == Metric::Log ? "log_loss" : "cbrt_loss", theta, a, count, true, true);
     by_theta.assign(theta.size(), 0);
     for (std::size_t e = 0; e < entries.size(); ++e)
         by_theta[static_cast<std::size_t>(entries[e].parameter)] +=
@@ -257,8 +272,8 @@ NormalSums Objective::normal_sums(const std::vector<double>& theta, const Coeffi
     const auto basis_sums = static_cast<Eigen::Index>(triangle(basis)) + chunk * basis + 1;
     const auto gradient_sums = basis_sums + entries * (basis + chunk);
     const Reduced reduced =
-        run("normal_sums", theta, a, static_cast<std::size_t>(gradient_sums) + triangle(entries), true,
-            false);
+        run("normal_sums", theta, a, static_cast<std::size_t>(gradient_sums) + triangle(entries),
+            true, false);
     NormalSums normal;
     normal.basis.resize(basis, basis);
     for (int j = 0, k = 0; j < basis; ++j)
@@ -276,7 +291,8 @@ NormalSums Objective::normal_sums(const std::vector<double>& theta, const Coeffi
     }
     for (int e = 0, k = 0; e < entries; ++e)
         for (int f = 0; f <= e; ++f, ++k)
-            normal.entry_entry(e, f) = normal.entry_entry(f, e) = reduced.sums(gradient_sums + k, 0);
+            normal.entry_entry(e, f) = normal.entry_entry(f, e) =
+                reduced.sums(gradient_sums + k, 0);
     normal.squared_error = reduced.sums.row(basis_sums - 1).sum();
     return normal;
 }
@@ -293,9 +309,8 @@ void Objective::write_fixed_rows(const cl::Buffer& rows) {
     k.setArg(3, static_cast<cl_uint>(samples_.stride / width));
     k.setArg(4, theta_);
     k.setArg(5, rows);
-    device_.queue.enqueueNDRangeKernel(k, cl::NullRange,
-                                       cl::NDRange(padded(samples_.stride / width, local)),
-                                       cl::NDRange(local));
+    device_.queue.enqueueNDRangeKernel(
+        k, cl::NullRange, cl::NDRange(padded(samples_.stride / width, local)), cl::NDRange(local));
     device_.queue.finish();
 }
 
@@ -307,7 +322,8 @@ void Objective::write_shape_rows(const cl::Buffer& rows, std::size_t first,
     const auto local = static_cast<std::size_t>(device_.form.local_size);
     const std::size_t parameters = candidates.front().size();
     // A constant buffer holds at least 64 KiB.
-    const std::size_t batch = (std::size_t{1} << 16) / sizeof(float) / std::max<std::size_t>(parameters, 1);
+    const std::size_t batch =
+        (std::size_t{1} << 16) / sizeof(float) / std::max<std::size_t>(parameters, 1);
     cl::Kernel& k = kernel("shape_rows");
     for (std::size_t begin = 0; begin < candidates.size(); begin += batch) {
         const std::size_t end = std::min(begin + batch, candidates.size());

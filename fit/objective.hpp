@@ -43,22 +43,24 @@ class ProgramCache {
 /// kd and ks: [channel][diffuse, lobes...].
 using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Errors E = sqrt(sum_k w_k mean_ch (...)^2 / sum_k w_k) of a fit f to the samples y, in the order of
-/// Metric: ngan: iz (f - y); l2: the same with w_k = 1; log: ln(1 + iz max(f, 0)) - ln(1 + iz max(y, 0));
-/// cbrt: cbrt(iz f) - cbrt(iz y), each cbrt continued below 1e-6 by the odd cubic that meets it smoothly.
+/// Errors E = sqrt(sum_k w_k mean_ch (...)^2 / sum_k w_k) of a fit f to the samples y, in the order
+/// of Metric: ngan: iz (f - y); l2: the same with w_k = 1; log: ln(1 + iz max(f, 0)) - ln(1 + iz
+/// max(y, 0)); cbrt: cbrt(iz f) - cbrt(iz y), each cbrt continued below 1e-6 by the odd cubic that
+/// meets it smoothly.
 using MetricErrors = std::array<double, metric_count>;
 
 /// Sums a Gauss-Newton step or standard errors need, over the extended basis {b_j, d_e}; already
 /// divided by the norm, so that they belong to the mean squared error.
 struct NormalSums {
-    Eigen::MatrixXd basis;            ///< W b_j b_k
-    Eigen::MatrixXd entry_basis;      ///< W d_e b_j
-    Eigen::MatrixXd entry_entry;      ///< W d_e d_f
-    Eigen::MatrixXd entry_residual;   ///< W d_e r_ch, [entry][channel]
+    Eigen::MatrixXd basis;          ///< W b_j b_k
+    Eigen::MatrixXd entry_basis;    ///< W d_e b_j
+    Eigen::MatrixXd entry_entry;    ///< W d_e d_f
+    Eigen::MatrixXd entry_residual; ///< W d_e r_ch, [entry][channel]
     double squared_error = 0;
 };
 
-/// The mean squared error of one structure on one set of packed samples, as OpenCL passes over them.
+/// The mean squared error of one structure on one set of packed samples, as OpenCL passes over
+/// them.
 class Objective {
   public:
     Objective(const Device& device, std::shared_ptr<const FitProgram> program,
@@ -68,15 +70,16 @@ class Objective {
     const Structure& structure() const { return program_->structure; }
     const DeviceSamples& samples() const { return samples_; }
 
-    /// Squared error at theta with the best non-negative kd and ks (variable projection). `gradient`,
-    /// where given, receives its derivatives by theta (by the envelope theorem, partial derivatives at
-    /// the solved kd and ks). May be non-finite where the model overflows.
-    double projected_error(const std::vector<double>& theta, std::vector<double>* gradient = nullptr);
+    /// Squared error at theta with the best non-negative kd and ks (variable projection).
+    /// `gradient`, where given, receives its derivatives by theta (by the envelope theorem, partial
+    /// derivatives at the solved kd and ks). May be non-finite where the model overflows.
+    double projected_error(const std::vector<double>& theta,
+                           std::vector<double>* gradient = nullptr);
     /// kd and ks of the last projected_error.
     const Coefficients& coefficients() const { return coefficients_; }
 
-    /// Squared error of metric `log` or `cbrt` at theta, a; `by_theta`, `by_coefficients` receive the
-    /// derivatives.
+    /// Squared error of metric `log` or `cbrt` at theta, a; `by_theta`, `by_coefficients` receive
+    /// the derivatives.
     double loss(Metric metric, const std::vector<double>& theta, const Coefficients& a,
                 std::vector<double>& by_theta, Coefficients& by_coefficients);
 
@@ -92,15 +95,17 @@ class Objective {
     void write_shape_rows(const cl::Buffer& rows, std::size_t first,
                           const std::vector<std::vector<double>>& candidates);
 
-    /// Passes over the samples so far, and the seconds they took.
-    std::size_t passes() const { return passes_; }
+    /// Calls of projected_error and loss so far.
+    std::size_t evaluations() const { return evaluations_; }
+    /// Passes over the samples that were timed (not the first of each kernel), and their seconds.
+    std::size_t timed_passes() const { return timed_passes_; }
     double seconds() const { return seconds_; }
 
   private:
     struct Reduced {
         Eigen::ArrayXXd sums; ///< [sum][chunk]
     };
-    cl::Kernel& kernel(const char* name);
+    cl::Kernel& kernel(const char* name, bool* fresh = nullptr);
     Reduced run(const char* name, const std::vector<double>& theta, const Coefficients& a,
                 std::size_t sums, bool chunked, bool raw_weights);
     void upload_parameters(const std::vector<double>& theta, const Coefficients& a);
@@ -115,7 +120,7 @@ class Objective {
     std::vector<float> staged_theta_, staged_coefficients_, staged_out_;
     Coefficients coefficients_, reference_;
     double reference_error_;
-    std::size_t passes_ = 0;
+    std::size_t evaluations_ = 0, timed_passes_ = 0;
     double seconds_ = 0;
 };
 

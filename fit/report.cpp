@@ -89,8 +89,9 @@ std::string fit_table(std::vector<const FitRow*> rows, Metric metric) {
     std::stable_sort(rows.begin(), rows.end(), [&](const FitRow* a, const FitRow* b) {
         return minimised_error(*a, metric) < minimised_error(*b, metric);
     });
-    std::vector<std::vector<std::string>> cells{{"model", "lobes", fmt::format("{} error", name_of(metric)),
-                                                 "parameters", "evaluations", "samples/s", "seconds"}};
+    std::vector<std::vector<std::string>> cells{
+        {"model", "lobes", fmt::format("{} error", name_of(metric)), "parameters", "evaluations",
+         "samples/s", "seconds"}};
     for (const FitRow* row : rows) {
         const FitResult& r = row->result;
         cells.push_back({r.model, fmt::format("{}", r.material.lobes.size()),
@@ -153,7 +154,8 @@ nlohmann::ordered_json fit_rows_json(const std::vector<FitRow>& rows, const FitO
     return json;
 }
 
-void write_fit_csv(const std::vector<FitRow>& rows, const FitOptions& options, const std::string& path) {
+void write_fit_csv(const std::vector<FitRow>& rows, const FitOptions& options,
+                   const std::string& path) {
     OutputFile file(path);
     std::string text = "file,model,lobes,metric";
     for (int i = 0; i < metric_count; ++i)

@@ -27,6 +27,7 @@ nlohmann::ordered_json fit_rows_json(const std::vector<FitRow>& rows, const FitO
 
 /// Writes the rows as CSV, whole or not at all: one a fit, one column each for file, model, lobes,
 /// metric, the errors, samples, evaluations, seconds, and the parameters as one text.
-void write_fit_csv(const std::vector<FitRow>& rows, const FitOptions& options, const std::string& path);
+void write_fit_csv(const std::vector<FitRow>& rows, const FitOptions& options,
+                   const std::string& path);
 
 } // namespace brdfit

@@ -52,8 +52,8 @@ class Search {
                    const std::vector<Objective*>& single);
     double inner(const Column& a, const Column& b) const;
     double solve(const std::vector<Column>& columns, Eigen::MatrixXd* coefficients) const;
-    Combination relaxed(const std::vector<int>& settled, const std::vector<double>& shares, int added,
-                        int added_lobe) const;
+    Combination relaxed(const std::vector<int>& settled, const std::vector<double>& shares,
+                        int added, int added_lobe) const;
     Combination relaxed_pair(int first, int second) const;
     void refine(Combination& combination) const;
     std::vector<Combination> extended(const std::vector<Combination>& base, std::size_t lobe) const;
@@ -196,7 +196,8 @@ void Search::fill_gram(const Device& device, const cl::Program& gram_program,
             if (shapes_[end].mixed()) {
                 candidates.push_back(shapes_[end].theta);
                 for (std::size_t l = 0; l < spaces_.size(); ++l)
-                    if (grid_[l].begin <= static_cast<int>(end) && static_cast<int>(end) < grid_[l].end)
+                    if (grid_[l].begin <= static_cast<int>(end) &&
+                        static_cast<int>(end) < grid_[l].end)
                         candidates.back()[0] = spaces_[l].dimensions()[0].parameter.upper;
             }
             ++end;
@@ -220,7 +221,8 @@ void Search::fill_gram(const Device& device, const cl::Program& gram_program,
     gram_.resize(rows_, rows_);
     for (int i = 0; i < rows_; ++i)
         for (int j = 0; j <= i; ++j) {
-            const std::size_t at = static_cast<std::size_t>(i / tile) * tiles + static_cast<std::size_t>(j / tile);
+            const std::size_t at =
+                static_cast<std::size_t>(i / tile) * tiles + static_cast<std::size_t>(j / tile);
             const auto within = static_cast<std::size_t>((i % tile) * tile + j % tile);
             double sum = 0;
             for (std::size_t g = 0; g < samples.groups; ++g)
@@ -244,8 +246,8 @@ double Search::solve(const std::vector<Column>& columns, Eigen::MatrixXd* coeffi
     const SmallVector reference = SmallVector::Zero(n);
     for (int i = 0; i < n; ++i)
         for (int j = 0; j <= i; ++j)
-            gram(i, j) = gram(j, i) = inner(columns[static_cast<std::size_t>(i)],
-                                            columns[static_cast<std::size_t>(j)]);
+            gram(i, j) = gram(j, i) =
+                inner(columns[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]);
     if (!gram.allFinite())
         return std::numeric_limits<double>::infinity();
     double error = 0;
@@ -261,8 +263,8 @@ double Search::solve(const std::vector<Column>& columns, Eigen::MatrixXd* coeffi
     return error;
 }
 
-// The combination of the settled lobes with one more, whose f0 each channel may choose: a lower bound
-// of its error, and the share of f0 that the channels agree on best.
+// The combination of the settled lobes with one more, whose f0 each channel may choose: a lower
+// bound of its error, and the share of f0 that the channels agree on best.
 Combination Search::relaxed(const std::vector<int>& settled, const std::vector<double>& shares,
                             int added, int added_lobe) const {
     std::vector<Column> columns{{channels_, channels_, 0}};
@@ -315,7 +317,8 @@ Combination Search::relaxed_pair(int first, int second) const {
     return combination;
 }
 
-// Moves the shares of f0, one lobe at a time, to the best of a few; sets the error without relaxation.
+// Moves the shares of f0, one lobe at a time, to the best of a few; sets the error without
+// relaxation.
 void Search::refine(Combination& combination) const {
     const auto error = [&] {
         std::vector<Column> columns{{channels_, channels_, 0}};
@@ -345,8 +348,9 @@ void Search::refine(Combination& combination) const {
 
 void keep_best(std::vector<Combination>& combinations, std::size_t count) {
     count = std::min(count, combinations.size());
-    std::partial_sort(combinations.begin(), combinations.begin() + static_cast<std::ptrdiff_t>(count),
-                      combinations.end(), [](const Combination& a, const Combination& b) {
+    std::partial_sort(combinations.begin(),
+                      combinations.begin() + static_cast<std::ptrdiff_t>(count), combinations.end(),
+                      [](const Combination& a, const Combination& b) {
                           return a.squared_error != b.squared_error
                                      ? a.squared_error < b.squared_error
                                      : a.shapes < b.shapes;
@@ -433,9 +437,9 @@ std::vector<StartingPoint> Search::best(std::size_t count) const {
     for (const Combination& candidate : best_sets()) {
         if (chosen.size() == count)
             break;
-        const bool distinct = std::none_of(
-            chosen.begin(), chosen.end(),
-            [&](const Combination& other) { return neighbours(candidate, other); });
+        const bool distinct =
+            std::none_of(chosen.begin(), chosen.end(),
+                         [&](const Combination& other) { return neighbours(candidate, other); });
         if (distinct && std::isfinite(candidate.squared_error))
             chosen.push_back(candidate);
     }
@@ -449,9 +453,10 @@ std::vector<StartingPoint> Search::best(std::size_t count) const {
     std::vector<StartingPoint> starts;
     for (const Combination& combination : chosen)
         starts.push_back(start_of(combination));
-    std::stable_sort(starts.begin(), starts.end(), [](const StartingPoint& a, const StartingPoint& b) {
-        return a.squared_error < b.squared_error;
-    });
+    std::stable_sort(starts.begin(), starts.end(),
+                     [](const StartingPoint& a, const StartingPoint& b) {
+                         return a.squared_error < b.squared_error;
+                     });
     return starts;
 }
 
@@ -459,7 +464,8 @@ std::vector<StartingPoint> Search::best(std::size_t count) const {
 
 std::vector<StartingPoint> search_shapes(const Device& device, const cl::Program& gram_program,
                                          const std::vector<Objective*>& single, const Space& space,
-                                         const std::vector<PartialFit>& partial, std::size_t count) {
+                                         const std::vector<PartialFit>& partial,
+                                         std::size_t count) {
     return Search(device, gram_program, single, space, partial).best(count);
 }
 

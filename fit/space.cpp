@@ -103,14 +103,14 @@ Space::Space(const std::vector<const Model*>& lobes, bool isotropic,
                     continue;
                 if (range.lower < whole.lower || range.upper > whole.upper)
                     throw UsageError(fmt::format("{} of {}: {} to {} is outside its range [{}, {}]",
-                                                 range.name, lobes[l]->name, range.lower, range.upper,
-                                                 whole.lower, whole.upper));
+                                                 range.name, lobes[l]->name, range.lower,
+                                                 range.upper, whole.lower, whole.upper));
                 parameter.lower = std::max(parameter.lower, range.lower);
                 parameter.upper = std::min(parameter.upper, range.upper);
                 if (parameter.lower > parameter.upper)
-                    throw UsageError(fmt::format(
-                        "{} of {}: the bounds given leave nothing between them", range.name,
-                        lobes[l]->name));
+                    throw UsageError(
+                        fmt::format("{} of {}: the bounds given leave nothing between them",
+                                    range.name, lobes[l]->name));
             }
             parameter.start = std::clamp(parameter.start, parameter.lower, parameter.upper);
             dimensions_.push_back(
@@ -141,9 +141,8 @@ std::vector<double> Space::to_theta(const std::vector<double>& x) const {
     std::size_t next = 0;
     for (const Dimension& dimension : dimensions_) {
         const Parameter& p = dimension.parameter;
-        theta.push_back(dimension.fixed
-                            ? p.lower
-                            : std::clamp(from_scale(p.scale, x[next]), p.lower, p.upper));
+        theta.push_back(
+            dimension.fixed ? p.lower : std::clamp(from_scale(p.scale, x[next]), p.lower, p.upper));
         next += dimension.fixed ? 0 : 1;
     }
     return theta;
@@ -183,7 +182,8 @@ std::vector<double> Space::upper() const {
 
 std::vector<double> Space::clamped(std::vector<double> theta) const {
     for (std::size_t i = 0; i < dimensions_.size(); ++i)
-        theta[i] = std::clamp(theta[i], dimensions_[i].parameter.lower, dimensions_[i].parameter.upper);
+        theta[i] =
+            std::clamp(theta[i], dimensions_[i].parameter.lower, dimensions_[i].parameter.upper);
     return theta;
 }
 

@@ -9,7 +9,8 @@
 namespace brdfit {
 
 /// A wish about a parameter from the command line: `f0=0.04` or `alpha=0:1`. `m` and `n` mean both
-/// roughnesses of an anisotropic form; a lobe number in front (`2.m=0.1:1`, from 1) means that lobe.
+/// roughnesses of an anisotropic form; a lobe number in front (`2.m=0.1:1`, from 1) means that
+/// lobe.
 struct ParameterRange {
     std::string name;
     int lobe = 0; ///< 0: every lobe
@@ -21,8 +22,8 @@ struct ParameterRange {
 ParameterRange parse_fix(const std::string& text);
 ParameterRange parse_bound(const std::string& text);
 
-/// The optimiser's coordinates x of the parameters theta that are free: logarithms of roughnesses and
-/// exponents, the others as they are.
+/// The optimiser's coordinates x of the parameters theta that are free: logarithms of roughnesses
+/// and exponents, the others as they are.
 class Space {
   public:
     Space() = default;

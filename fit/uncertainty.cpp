@@ -29,8 +29,7 @@ Eigen::MatrixXd gauss_newton(Objective& objective, const std::vector<double>& th
     const auto& entries = objective.layout().entries;
     const auto parameters = static_cast<Eigen::Index>(theta.size());
     const Eigen::Index basis = a.cols();
-    Eigen::MatrixXd matrix =
-        Eigen::MatrixXd::Zero(parameters + a.size(), parameters + a.size());
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(parameters + a.size(), parameters + a.size());
     for (std::size_t e = 0; e < entries.size(); ++e) {
         const auto row = static_cast<Eigen::Index>(entries[e].parameter);
         for (std::size_t f = 0; f < entries.size(); ++f)
@@ -40,8 +39,8 @@ Eigen::MatrixXd gauss_newton(Objective& objective, const std::vector<double>& th
         for (Eigen::Index ch = 0; ch < a.rows(); ++ch)
             for (Eigen::Index j = 0; j < basis; ++j) {
                 const Eigen::Index column = parameters + ch * basis + j;
-                matrix(row, column) += a(ch, entries[e].basis) *
-                                       normal.entry_basis(static_cast<Eigen::Index>(e), j);
+                matrix(row, column) +=
+                    a(ch, entries[e].basis) * normal.entry_basis(static_cast<Eigen::Index>(e), j);
                 matrix(column, row) = matrix(row, column);
             }
     }
@@ -79,7 +78,8 @@ Eigen::MatrixXd half_hessian(Objective& objective, const Space& space, Metric me
             gradient[side].resize(all);
             gradient[side].head(parameters) =
                 Eigen::Map<const Eigen::VectorXd>(by_theta.data(), parameters);
-            gradient[side].tail(a.size()) = Eigen::Map<const Eigen::VectorXd>(by_a.data(), a.size());
+            gradient[side].tail(a.size()) =
+                Eigen::Map<const Eigen::VectorXd>(by_a.data(), a.size());
         }
         matrix.col(i) = (gradient[1] - gradient[0]) / (2 * step);
     }
@@ -101,9 +101,12 @@ Eigen::VectorXd variances(const Eigen::MatrixXd& curvature, const std::vector<bo
     Eigen::MatrixXd scaled(n, n);
     for (Eigen::Index i = 0; i < n; ++i)
         for (Eigen::Index j = 0; j < n; ++j)
-            scaled(i, j) = curvature(index[static_cast<std::size_t>(i)], index[static_cast<std::size_t>(j)]) /
-                           std::sqrt(curvature(index[static_cast<std::size_t>(i)], index[static_cast<std::size_t>(i)]) *
-                                     curvature(index[static_cast<std::size_t>(j)], index[static_cast<std::size_t>(j)]));
+            scaled(i, j) =
+                curvature(index[static_cast<std::size_t>(i)], index[static_cast<std::size_t>(j)]) /
+                std::sqrt(curvature(index[static_cast<std::size_t>(i)],
+                                    index[static_cast<std::size_t>(i)]) *
+                          curvature(index[static_cast<std::size_t>(j)],
+                                    index[static_cast<std::size_t>(j)]));
     if (!scaled.allFinite())
         return result;
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
@@ -124,7 +127,8 @@ Eigen::VectorXd variances(const Eigen::MatrixXd& curvature, const std::vector<bo
 
 } // namespace
 
-std::vector<FittedParameter> fitted_parameters(Objective& objective, const Space& space, Metric metric,
+std::vector<FittedParameter> fitted_parameters(Objective& objective, const Space& space,
+                                               Metric metric,
                                                const std::vector<std::string>& channels,
                                                const std::vector<double>& theta,
                                                const Coefficients& a) {
@@ -151,9 +155,9 @@ std::vector<FittedParameter> fitted_parameters(Objective& objective, const Space
         }
     const double unknowns = static_cast<double>(std::count(free.begin(), free.end(), true));
     const double residuals = objective.samples().norm();
-    const double residual_variance =
-        residuals > unknowns ? squared_error / (residuals - unknowns)
-                             : std::numeric_limits<double>::quiet_NaN();
+    const double residual_variance = residuals > unknowns
+                                         ? squared_error / (residuals - unknowns)
+                                         : std::numeric_limits<double>::quiet_NaN();
     const Eigen::VectorXd variance = variances(curvature, free, residual_variance);
     for (std::size_t i = 0; i < parameters.size(); ++i)
         parameters[i].standard_error = std::sqrt(variance[static_cast<Eigen::Index>(i)]);

@@ -18,8 +18,10 @@ struct FittedParameter {
 
 /// Every parameter of a solution with its standard error, from the curvature of the mean squared
 /// error at the optimum: Gauss-Newton's for quadratic metrics, by differences of the gradient for
-/// the others. Residuals count as independent, with variances in inverse proportion to their weights.
-std::vector<FittedParameter> fitted_parameters(Objective& objective, const Space& space, Metric metric,
+/// the others. Residuals count as independent, with variances in inverse proportion to their
+/// weights.
+std::vector<FittedParameter> fitted_parameters(Objective& objective, const Space& space,
+                                               Metric metric,
                                                const std::vector<std::string>& channels,
                                                const std::vector<double>& theta,
                                                const Coefficients& a);

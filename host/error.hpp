@@ -11,7 +11,8 @@ struct InputError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Wrong usage (unknown model, algorithm, metric or parameter, contradictory bounds): exit status 2.
+/// Wrong usage (unknown model, algorithm, metric or parameter, contradictory bounds): exit
+/// status 2.
 struct UsageError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };

@@ -10,9 +10,10 @@
 
 namespace brdfit {
 
-/// Calls body(begin, end) on pieces of [0, count) of at most `piece`, on all cores. An exception from a
-/// piece is thrown again here, after all have stopped.
-template <typename Body> void parallel_pieces(std::size_t count, std::size_t piece, Body body) {
+/// Calls body(begin, end) on pieces of [0, count) of at most `piece`, on all cores. An exception
+/// from a piece is thrown again here, after all have stopped.
+template <typename Body>
+void parallel_pieces(std::size_t count, std::size_t piece, Body body) {
     const std::size_t pieces = (count + piece - 1) / piece;
     const std::size_t workers =
         std::min<std::size_t>(std::max(1U, std::thread::hardware_concurrency()), pieces);

@@ -35,6 +35,8 @@ inline real log_hz(geometry q)
 
 inline real log_iz_oz(geometry q) { return log(q.wi_z) + log(q.wo_z); }
 
-// Tangents of the half vector, squared: (h.x/h.z)^2 and (h.y/h.z)^2.
-inline real tan2_x(geometry q) { return q.h_x * q.h_x / (q.h_z * q.h_z); }
-inline real tan2_y(geometry q) { return q.h_y * q.h_y / (q.h_z * q.h_z); }
+// Tangents of the half vector, squared: (h.x/h.z)^2 and (h.y/h.z)^2; divided first, as hz^2 may
+// underflow.
+inline real squared(real x) { return x * x; }
+inline real tan2_x(geometry q) { return squared(q.h_x / q.h_z); }
+inline real tan2_y(geometry q) { return squared(q.h_y / q.h_z); }

@@ -15,7 +15,8 @@ namespace {
 constexpr double demo_noise = 0.02;
 constexpr int demo_seed = 1;
 
-// Writes the built-in materials and what a measurement of each would give; fits all models to these.
+// Writes the built-in materials and what a measurement of each would give; fits all models to
+// these.
 int demo(const std::string& folder, const Globals& globals) {
     const std::filesystem::path truth = std::filesystem::path(folder) / "truth";
     make_output_folder(truth.string());
@@ -28,10 +29,11 @@ int demo(const std::string& folder, const Globals& globals) {
         const std::string measured = (std::filesystem::path(folder) / (name + ".binary")).string();
         write_material(material, material_file);
         if (!globals.quiet)
-            fmt::print("$ brdfit synth {} {} --noise {} --seed {}\n", material_file, measured, demo_noise,
-                       demo_seed);
+            fmt::print("$ brdfit synth {} {} --noise {} --seed {}\n", material_file, measured,
+                       demo_noise, demo_seed);
         std::fflush(stdout);
-        write_samples(synthesise_merl(device, material, demo_noise, demo_seed, material_file), measured);
+        write_samples(synthesise_merl(device, material, demo_noise, demo_seed, material_file),
+                      measured);
         request.files.push_back(measured);
     }
     request.models = {"all"};
@@ -39,8 +41,8 @@ int demo(const std::string& folder, const Globals& globals) {
     request.folder = (std::filesystem::path(folder) / "fits").string();
     request.csv = (std::filesystem::path(folder) / "summary.csv").string();
     if (!globals.quiet)
-        fmt::print("$ brdfit fit {} -m all --lobes 1,2 -o {} --csv {}\n\n", fmt::join(request.files, " "),
-                   request.folder, request.csv);
+        fmt::print("$ brdfit fit {} -m all --lobes 1,2 -o {} --csv {}\n\n",
+                   fmt::join(request.files, " "), request.folder, request.csv);
     std::fflush(stdout);
     return fit_files(request, globals);
 }
@@ -49,12 +51,14 @@ int demo(const std::string& folder, const Globals& globals) {
 
 void add_demo(CLI::App& app, const Globals& globals, Action& action) {
     CLI::App* command = app.add_subcommand(
-        "demo", "Synthesise three measured materials and fit all models to them with one and two lobes");
+        "demo",
+        "Synthesise three measured materials and fit all models to them with one and two lobes");
     auto folder = std::make_shared<std::string>("demo");
     command->add_option("-o,--output", *folder, "folder to write to")->capture_default_str();
     command->footer("Example:\n  brdfit demo -o demo");
-    command->callback(
-        [folder, &globals, &action] { action = [folder, &globals] { return demo(*folder, globals); }; });
+    command->callback([folder, &globals, &action] {
+        action = [folder, &globals] { return demo(*folder, globals); };
+    });
 }
 
 } // namespace brdfit::cli

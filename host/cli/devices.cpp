@@ -30,10 +30,11 @@ int devices(bool json) {
                         {"max_group", d.max_group},
                         {"default", static_cast<std::size_t>(d.index) == chosen}});
         if (!json)
-            fmt::print("{}{} {} ({})\n    {}, driver {}, {} compute units, {:.1f} GiB, {} KiB local\n",
-                       static_cast<std::size_t>(d.index) == chosen ? "*" : " ", d.index, d.name,
-                       d.platform, d.version, d.driver, d.compute_units,
-                       static_cast<double>(d.global_memory) / (1 << 30), d.local_memory >> 10);
+            fmt::print(
+                "{}{} {} ({})\n    {}, driver {}, {} compute units, {:.1f} GiB, {} KiB local\n",
+                static_cast<std::size_t>(d.index) == chosen ? "*" : " ", d.index, d.name,
+                d.platform, d.version, d.driver, d.compute_units,
+                static_cast<double>(d.global_memory) / (1 << 30), d.local_memory >> 10);
     }
     if (json)
         fmt::print("{}\n", list.dump(2));
@@ -43,7 +44,8 @@ int devices(bool json) {
 } // namespace
 
 void add_devices(CLI::App& app, const Globals&, Action& action) {
-    CLI::App* command = app.add_subcommand("devices", "List the OpenCL devices, the default marked *");
+    CLI::App* command =
+        app.add_subcommand("devices", "List the OpenCL devices, the default marked *");
     auto json = std::make_shared<bool>(false);
     command->add_flag("--json", *json, "as JSON");
     command->footer("Example:\n  brdfit devices --json");

@@ -32,9 +32,10 @@ int eval(const Options& options, const Globals& globals) {
         columns.emplace_back(values.begin() + static_cast<std::ptrdiff_t>(ch * count),
                              values.begin() + static_cast<std::ptrdiff_t>((ch + 1) * count));
     }
-    write_columns(options.out, names, columns,
-                  {fmt::format("BRDF in 1/sr of {}, evaluated by brdfit {}",
-                               std::filesystem::path(options.material).filename().string(), version)});
+    write_columns(
+        options.out, names, columns,
+        {fmt::format("BRDF in 1/sr of {}, evaluated by brdfit {}",
+                     std::filesystem::path(options.material).filename().string(), version)});
     return 0;
 }
 

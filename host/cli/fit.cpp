@@ -39,13 +39,16 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
     CLI::App* command = app.add_subcommand("fit", "Fit models to measured reflectance");
     auto options = std::make_shared<Options>();
     FitRequest& request = options->request;
-    command->add_option("FILE", request.files, "measured reflectance, in any known format")->required();
+    command->add_option("FILE", request.files, "measured reflectance, in any known format")
+        ->required();
     command
         ->add_option("-m,--model", request.models,
                      "models, with commas between; a+b is a mixture of two lobes; all: every model")
         ->required()
         ->delimiter(',');
-    command->add_option("-o,--output", request.folder, "folder for the materials, STEM.MODEL.LOBES.json")
+    command
+        ->add_option("-o,--output", request.folder,
+                     "folder for the materials, STEM.MODEL.LOBES.json")
         ->required();
     command->add_option("--lobes", request.lobes, "numbers of lobes, 1 to 4, with commas between")
         ->delimiter(',')
@@ -69,7 +72,8 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
                      "random starts polished besides the global search")
         ->check(CLI::Range(0, 100000))
         ->capture_default_str();
-    command->add_option("--seed", request.options.seed, "of the random starts")->capture_default_str();
+    command->add_option("--seed", request.options.seed, "of the random starts")
+        ->capture_default_str();
     command->add_option("--start", options->start,
                         "material to start from, in place of the global search");
     command->add_option("--fix", options->fixes,
@@ -78,9 +82,11 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
     command->add_option("--csv", request.csv, "also write a summary, one row a fit");
     command->add_flag("--json", request.json, "print the results as JSON");
     options->isotropy.add_to(*command);
-    command->footer("Example:\n  brdfit fit nickel.binary -m kurt,ward,kurt+ward --lobes 1,2 -o out");
-    command->callback(
-        [options, &globals, &action] { action = [options, &globals] { return fit(*options, globals); }; });
+    command->footer(
+        "Example:\n  brdfit fit nickel.binary -m kurt,ward,kurt+ward --lobes 1,2 -o out");
+    command->callback([options, &globals, &action] {
+        action = [options, &globals] { return fit(*options, globals); };
+    });
 }
 
 } // namespace brdfit::cli

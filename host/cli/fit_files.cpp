@@ -34,8 +34,8 @@ std::vector<Structure> structures_of(const FitRequest& request, bool isotropic) 
     for (const int count : counts)
         for (const std::string& name : names) {
             // `all` leaves out what the diffuse shape asked for cannot go with.
-            const bool from_all =
-                std::find(request.models.begin(), request.models.end(), name) == request.models.end();
+            const bool from_all = std::find(request.models.begin(), request.models.end(), name) ==
+                                  request.models.end();
             try {
                 const Structure structure =
                     structure_named(name, count, request.diffuse, isotropic);
@@ -72,10 +72,11 @@ void check_folder(const std::string& folder) {
 }
 
 void report_speed(const FitResult& r) {
-    spdlog::debug("{} {}: search {:.3f} s ({} thinned evaluations), polish {:.3f} s ({} passes over {} "
-                  "samples, {:.0f} million samples/s)",
-                  r.model, r.material.lobes.size(), r.search_seconds, r.thinned_evaluations,
-                  r.polish_seconds, r.passes, r.samples, r.samples_per_second() / 1e6);
+    spdlog::debug(
+        "{} {}: search {:.3f} s ({} thinned evaluations), polish {:.3f} s ({} passes over {} "
+        "samples, {:.0f} million samples/s)",
+        r.model, r.material.lobes.size(), r.search_seconds, r.thinned_evaluations, r.polish_seconds,
+        r.passes, r.samples, r.samples_per_second() / 1e6);
     if (r.random_starts_better > 0)
         spdlog::warn("{} {}: {} random starts beat the global search", r.model,
                      r.material.lobes.size(), r.random_starts_better);
@@ -95,7 +96,8 @@ void check(const FitRequest& request) {
         }
         for (const ParameterRange& range : request.options.ranges)
             if (!names_parameter_of(range, models))
-                throw UsageError(fmt::format("no model asked for has a parameter '{}'", range.name));
+                throw UsageError(
+                    fmt::format("no model asked for has a parameter '{}'", range.name));
     }
 }
 
@@ -123,10 +125,10 @@ int fit_files(const FitRequest& request, const Globals& globals) {
                 FitRow row{file, {}, fitter.fit(structures[s])};
                 FitResult& result = row.result;
                 result.material.fit = fit_record(result, samples, request.options, device);
-                row.material_file =
-                    (std::filesystem::path(request.folder) /
-                     fmt::format("{}.{}.{}.json", stems[f], result.model, result.material.lobes.size()))
-                        .string();
+                row.material_file = (std::filesystem::path(request.folder) /
+                                     fmt::format("{}.{}.{}.json", stems[f], result.model,
+                                                 result.material.lobes.size()))
+                                        .string();
                 write_material(result.material, row.material_file);
                 progress.clear();
                 report_speed(result);

@@ -1,3 +1,5 @@
 #include "host/cli/command.hpp"
 
-int main(int argc, char** argv) { return brdfit::cli::run(argc, argv); }
+int main(int argc, char** argv) {
+    return brdfit::cli::run(argc, argv);
+}

@@ -69,7 +69,9 @@ void add_synth(CLI::App& app, const Globals& globals, Action& action) {
         ->add_option("OUT", options->out,
                      "file to write: .binary (MERL layout), .csv (scattered) or .npy")
         ->required();
-    command->add_option("--noise", options->noise, "standard deviation s of the noise, y (1 + s N(0,1))")
+    command
+        ->add_option("--noise", options->noise,
+                     "standard deviation s of the noise, y (1 + s N(0,1))")
         ->check(CLI::Range(0.0, 10.0))
         ->capture_default_str();
     command->add_option("--seed", options->seed, "of noise and directions")->capture_default_str();

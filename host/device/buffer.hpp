@@ -11,17 +11,19 @@
 
 namespace brdfit {
 
-/// A device buffer of `bytes` (at least 1). Throws InputError when it is larger than the device allows.
+/// A device buffer of `bytes` (at least 1). Throws InputError when it is larger than the device
+/// allows.
 inline cl::Buffer make_buffer(const Device& device, std::size_t bytes,
                               cl_mem_flags flags = CL_MEM_READ_WRITE) {
     if (bytes > device.max_allocation)
-        throw InputError(fmt::format("{} needs a buffer of {} MiB; its limit is {} MiB", device.name,
-                                     bytes >> 20, device.max_allocation >> 20));
+        throw InputError(fmt::format("{} needs a buffer of {} MiB; its limit is {} MiB",
+                                     device.name, bytes >> 20, device.max_allocation >> 20));
     return cl::Buffer(device.context, flags, bytes == 0 ? 1 : bytes);
 }
 
 /// A device buffer with a copy of the host's data.
-template <typename T> cl::Buffer upload(const Device& device, const std::vector<T>& data) {
+template <typename T>
+cl::Buffer upload(const Device& device, const std::vector<T>& data) {
     cl::Buffer buffer = make_buffer(device, data.size() * sizeof(T), CL_MEM_READ_ONLY);
     if (!data.empty())
         device.queue.enqueueWriteBuffer(buffer, CL_TRUE, 0, data.size() * sizeof(T), data.data());

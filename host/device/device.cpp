@@ -12,7 +12,8 @@ namespace brdfit {
 namespace {
 
 std::string trimmed(std::string text) {
-    while (!text.empty() && (text.back() == '\0' || std::isspace(static_cast<unsigned char>(text.back()))))
+    while (!text.empty() &&
+           (text.back() == '\0' || std::isspace(static_cast<unsigned char>(text.back()))))
         text.pop_back();
     return text;
 }

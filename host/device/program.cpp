@@ -50,23 +50,26 @@ std::string generated_text(const Structure& structure) {
     std::string bases;
     for (const DerivativeEntry& entry : layout.entries)
         bases += fmt::format("{}, ", entry.basis);
-    std::string text =
-        fmt::format("#line 1 \"generated\"\n"
-                    "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
-                    "#define ENTRY_BASIS {{{}0}}\n",
-                    layout.basis, layout.entries.size(), layout.planes, bases);
+    std::string text = fmt::format("#line 1 \"generated\"\n"
+                                   "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
+                                   "#define ENTRY_BASIS {{{}0}}\n",
+                                   layout.basis, layout.entries.size(), layout.planes, bases);
     text += "inline void material_prepare(geometry q, real* plane)\n{\n";
     for (const PlacedModel& p : placed)
-        text += fmt::format("    {}_prepare(q, plane + {});\n", p.model->identifier(), p.first_plane);
-    text += "}\ninline void material_basis(const real* plane, __constant const float* theta, real* b, "
-            "real* d)\n{\n";
+        text +=
+            fmt::format("    {}_prepare(q, plane + {});\n", p.model->identifier(), p.first_plane);
+    text +=
+        "}\ninline void material_basis(const real* plane, __constant const float* theta, real* b, "
+        "real* d)\n{\n";
     const int diffuse_entry = layout.lobe_begin.back();
-    text += fmt::format("    b[0] = {}(plane + {}, theta, d + {});\n", structure.diffuse->identifier(),
-                        first_plane(placed, structure.diffuse), diffuse_entry);
+    text +=
+        fmt::format("    b[0] = {}(plane + {}, theta, d + {});\n", structure.diffuse->identifier(),
+                    first_plane(placed, structure.diffuse), diffuse_entry);
     for (std::size_t l = 0; l < structure.lobes.size(); ++l)
-        text += fmt::format("    b[{}] = {}(plane + {}, theta + {}, d + {});\n", l + 1,
-                            structure.lobes[l]->identifier(), first_plane(placed, structure.lobes[l]),
-                            layout.lobe_begin[l], layout.lobe_begin[l]);
+        text +=
+            fmt::format("    b[{}] = {}(plane + {}, theta + {}, d + {});\n", l + 1,
+                        structure.lobes[l]->identifier(), first_plane(placed, structure.lobes[l]),
+                        layout.lobe_begin[l], layout.lobe_begin[l]);
     return text + "}\n";
 }
 
@@ -85,7 +88,8 @@ cl::Program built(const Device& device, const std::string& text, const std::stri
     try {
         program.build(device.handle, "-cl-std=CL1.2 -cl-mad-enable");
     } catch (const cl::Error&) {
-        throw InputError(fmt::format("the kernels for {} do not build on {}:\n{}", what, device.name,
+        throw InputError(fmt::format("the kernels for {} do not build on {}:\n{}", what,
+                                     device.name,
                                      program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device.handle)));
     }
     return program;
@@ -118,8 +122,8 @@ StructureLayout layout_of(const Structure& structure) {
     for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
         layout.lobe_begin.push_back(static_cast<int>(layout.parameters.size()));
         for (const Parameter& parameter : structure.lobes[l]->parameters(structure.isotropic)) {
-            layout.entries.push_back({static_cast<int>(l) + 1,
-                                      static_cast<int>(layout.parameters.size())});
+            layout.entries.push_back(
+                {static_cast<int>(l) + 1, static_cast<int>(layout.parameters.size())});
             layout.parameters.push_back(parameter);
         }
     }
@@ -143,8 +147,9 @@ std::string kernel_source(const std::string& path) {
 
 cl::Program build_program(const Device& device, const Structure& structure, int channels,
                           int chunk) {
-    std::string text = fmt::format("#define CHANNELS {}\n#define CHUNK {}\n#define ROUGHNESSES {}\n",
-                                   channels, chunk, structure.isotropic ? 1 : 2);
+    std::string text =
+        fmt::format("#define CHANNELS {}\n#define CHUNK {}\n#define ROUGHNESSES {}\n", channels,
+                    chunk, structure.isotropic ? 1 : 2);
     for (const char* shared : {"common.cl", "geometry.cl", "schlick.cl", "beckmann.cl"})
         text += with_line(shared);
     for (const PlacedModel& p : placed_models(structure))

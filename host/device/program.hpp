@@ -43,8 +43,9 @@ StructureLayout layout_of(const Structure& structure);
 /// Throws InputError for a file that is missing there.
 std::string kernel_source(const std::string& path);
 
-/// Builds the kernels evaluate.cl and fit.cl for a structure and files of `channels` channels, handled
-/// `chunk` at once. Throws InputError with the build log, whose lines carry the kernel file's name.
+/// Builds the kernels evaluate.cl and fit.cl for a structure and files of `channels` channels,
+/// handled `chunk` at once. Throws InputError with the build log, whose lines carry the kernel
+/// file's name.
 cl::Program build_program(const Device& device, const Structure& structure, int channels,
                           int chunk);
 

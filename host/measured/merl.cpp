@@ -1,6 +1,7 @@
 #include "host/measured/merl.hpp"
 
 #include "host/error.hpp"
+#include "host/parallel.hpp"
 
 #include <algorithm>
 #include <array>
@@ -81,20 +82,6 @@ const char* plane_of(const MappedFile& file, std::size_t channel) {
                                  channel_names[channel], bin_name(bin), stored(plane, bin)));
 }
 
-/// Calls work(ih) for every bin of theta_h, on a few threads.
-template <typename Work>
-void for_each_theta_h(const Work& work) {
-    constexpr int threads = 4;
-    std::array<std::future<void>, threads> parts;
-    for (int t = 0; t < threads; ++t)
-        parts[static_cast<std::size_t>(t)] = std::async([&work, t] {
-            for (int ih = theta_h_bins * t / threads; ih < theta_h_bins * (t + 1) / threads; ++ih)
-                work(ih);
-        });
-    for (std::future<void>& part : parts)
-        part.get();
-}
-
 Directions make_bin_directions() {
     std::array<double, phi_d_bins> cos_phi, sin_phi;
     for (std::size_t i = 0; i < phi_d_bins; ++i) {
@@ -102,12 +89,12 @@ Directions make_bin_directions() {
         sin_phi[i] = std::sin(phi_d_at(static_cast<double>(i) + 0.5));
     }
     Directions directions(bins);
-    for_each_theta_h([&](int ih) {
+    parallel_pieces(theta_h_bins, 1, [&](std::size_t ih, std::size_t) {
         std::array<float*, Directions::plane_count> plane;
         for (std::size_t p = 0; p < plane.size(); ++p)
-            plane[p] = directions.plane(static_cast<Directions::Plane>(p)) +
-                       static_cast<std::size_t>(ih) * slice;
-        const double cos_h = std::cos(theta_h_at(ih + 0.5)), sin_h = std::sin(theta_h_at(ih + 0.5));
+            plane[p] = directions.plane(static_cast<Directions::Plane>(p)) + ih * slice;
+        const double theta_h = theta_h_at(static_cast<double>(ih) + 0.5);
+        const double cos_h = std::cos(theta_h), sin_h = std::sin(theta_h);
         for (int id = 0; id < theta_d_bins; ++id) {
             const double cos_d = std::cos(theta_d_at(id + 0.5));
             const double sin_d = std::sin(theta_d_at(id + 0.5));
@@ -216,8 +203,7 @@ Samples read(const MappedFile& file) {
     samples.valid.assign(bins, 1);
     samples.values.resize(channel_count * bins);
     std::array<std::atomic<bool>, channel_count> finite{true, true, true};
-    for_each_theta_h([&](int ih) {
-        const std::size_t begin = static_cast<std::size_t>(ih) * slice, end = begin + slice;
+    parallel_pieces(bins, slice, [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = 0; c < channel_count; ++c)
             if (!convert(plane_of(file, c), scale[c], begin, end, samples.values.data() + c * bins,
                          samples.valid.data()))

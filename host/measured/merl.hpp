@@ -19,7 +19,8 @@ std::vector<float> bin_weights();
 /// only relative to each other).
 std::size_t bin_of(const Vector& wi, const Vector& wo);
 
-/// Whether the bytes begin like a MERL file: three small positive dimensions, or a size that says so.
+/// Whether the bytes begin like a MERL file: three small positive dimensions, or a size that says
+/// so.
 bool recognise(std::string_view bytes);
 Samples read(const MappedFile& file);
 /// Writes [bin] values of three channels; invalid bins become -1.

@@ -6,6 +6,7 @@
 #include "host/measured/npy.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <fmt/compile.h>
@@ -17,8 +18,6 @@
 namespace brdfit {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 enum class Ending { Merl, Csv, Npy };
 

@@ -13,14 +13,16 @@ constexpr std::size_t pairs_a_pass = std::size_t{1} << 18;
 
 // Runs `kernel` (arguments after directions and count already set) over all directions in passes;
 // returns its `outputs` planes, [output][pair].
-std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel, cl_uint out_argument,
-                                       std::size_t outputs, const Directions& directions) {
+std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
+                                       cl_uint out_argument, std::size_t outputs,
+                                       const Directions& directions) {
     const std::size_t total = directions.count();
     const auto width = static_cast<std::size_t>(device.form.vector_width);
     const auto local = static_cast<std::size_t>(device.form.local_size);
-    const std::size_t pass = std::min(
-        {pairs_a_pass, padded(total, width),
-         device.max_allocation / (sizeof(float) * std::max<std::size_t>(outputs, 10)) / width * width});
+    const std::size_t pass =
+        std::min({pairs_a_pass, padded(total, width),
+                  device.max_allocation / (sizeof(float) * std::max<std::size_t>(outputs, 10)) /
+                      width * width});
     std::vector<float> result(outputs * total);
     std::vector<float> staged(pass * Directions::plane_count);
     std::vector<float> values(pass * outputs);
@@ -36,13 +38,11 @@ std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
         for (std::size_t p = 0; p < Directions::plane_count; ++p)
             std::copy_n(directions.plane(static_cast<Directions::Plane>(p)) + begin, count,
                         staged.begin() + static_cast<std::ptrdiff_t>(p * stride));
-        device.queue.enqueueWriteBuffer(in, CL_TRUE, 0,
-                                        stride * Directions::plane_count * sizeof(float),
-                                        staged.data());
+        device.queue.enqueueWriteBuffer(
+            in, CL_TRUE, 0, stride * Directions::plane_count * sizeof(float), staged.data());
         kernel.setArg(1, static_cast<cl_uint>(stride / width));
-        device.queue.enqueueNDRangeKernel(kernel, cl::NullRange,
-                                          cl::NDRange(padded(stride / width, local)),
-                                          cl::NDRange(local));
+        device.queue.enqueueNDRangeKernel(
+            kernel, cl::NullRange, cl::NDRange(padded(stride / width, local)), cl::NDRange(local));
         device.queue.enqueueReadBuffer(out, CL_TRUE, 0, stride * outputs * sizeof(float),
                                        values.data());
         for (std::size_t o = 0; o < outputs; ++o)
@@ -99,8 +99,8 @@ ModelValues evaluate_model(const Device& device, const Model& model, bool isotro
     const cl::Buffer theta_buffer = upload(device, to_float(theta));
     kernel.setArg(2, theta_buffer);
     const std::size_t basis = static_cast<std::size_t>(layout.basis);
-    const std::vector<float> planes = run_over_directions(
-        device, kernel, 3, basis + layout.entries.size(), directions);
+    const std::vector<float> planes =
+        run_over_directions(device, kernel, 3, basis + layout.entries.size(), directions);
     const auto plane = [&](std::size_t p) {
         const auto begin = planes.begin() + static_cast<std::ptrdiff_t>(p * directions.count());
         return std::vector<float>(begin, begin + static_cast<std::ptrdiff_t>(directions.count()));

@@ -15,12 +15,13 @@ std::vector<float> evaluate(const Device& device, const Material& material,
 
 /// A model's own value and its derivatives by theta, without kd or ks.
 struct ModelValues {
-    std::vector<float> value;                    ///< [pair]
-    std::vector<std::vector<float>> derivatives; ///< [parameter][pair]; a diffuse model: by f0, where it depends on it
+    std::vector<float> value; ///< [pair]
+    std::vector<std::vector<float>>
+        derivatives; ///< [parameter][pair]; a diffuse model: by f0, where it depends on it
 };
 
-/// g (Kind::Lobe) or the diffuse shape (the others; theta is then empty, or f0 alone where the shape
-/// depends on it) at each pair of directions, in the isotropic or anisotropic form.
+/// g (Kind::Lobe) or the diffuse shape (the others; theta is then empty, or f0 alone where the
+/// shape depends on it) at each pair of directions, in the isotropic or anisotropic form.
 ModelValues evaluate_model(const Device& device, const Model& model, bool isotropic,
                            const std::vector<double>& theta, const Directions& directions);
 

@@ -29,7 +29,8 @@ double uniform(std::uint64_t seed, std::uint64_t counter) {
 
 // A normal deviate by Box and Muller; counters 2 k and 2 k + 1.
 double normal(std::uint64_t seed, std::uint64_t k) {
-    return std::sqrt(-2 * std::log(uniform(seed, 2 * k))) * std::cos(2 * pi * uniform(seed, 2 * k + 1));
+    return std::sqrt(-2 * std::log(uniform(seed, 2 * k))) *
+           std::cos(2 * pi * uniform(seed, 2 * k + 1));
 }
 
 bool same_azimuth(const Directions& directions) {
@@ -86,7 +87,8 @@ Samples synthesise(const Device& device, const Material& material,
     if (noise > 0)
         parallel_pieces(samples.values.size(), 65536, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
-                samples.values[i] = static_cast<float>(samples.values[i] * (1 + noise * normal(seed, i)));
+                samples.values[i] =
+                    static_cast<float>(samples.values[i] * (1 + noise * normal(seed, i)));
         });
     return samples;
 }
@@ -95,7 +97,8 @@ Samples synthesise_merl(const Device& device, const Material& material, double n
                         std::uint64_t seed, const std::string& source) {
     if (!material.isotropic())
         throw InputError(fmt::format(
-            "{}: the material is anisotropic; MERL's layout holds isotropic materials only", source));
+            "{}: the material is anisotropic; MERL's layout holds isotropic materials only",
+            source));
     Samples samples = synthesise(device, material, merl::bin_directions(), noise, seed);
     samples.isotropic = true;
     samples.weights = merl::bin_weights();

@@ -16,9 +16,9 @@ namespace brdfit {
 std::shared_ptr<const Directions> random_directions(std::size_t count, bool isotropic,
                                                     std::uint64_t seed);
 
-/// The material seen at the directions as measured data: y (1 + noise N(0, 1)), the noise of a sample
-/// depending on seed, sample and channel alone. Isotropic where the material is and every wi has
-/// azimuth 0.
+/// The material seen at the directions as measured data: y (1 + noise N(0, 1)), the noise of a
+/// sample depending on seed, sample and channel alone. Isotropic where the material is and every wi
+/// has azimuth 0.
 Samples synthesise(const Device& device, const Material& material,
                    std::shared_ptr<const Directions> directions, double noise, std::uint64_t seed);
 
