@@ -44,7 +44,8 @@ Vector rotate_y(const Vector& v, double angle) {
 }
 
 BinCentre bin_centre(std::size_t bin) {
-    const double i = static_cast<double>(bin / 180 / 90), j = static_cast<double>(bin / 180 % 90),
+    const std::size_t row = bin / 180, slice = row / 90;
+    const double i = static_cast<double>(slice), j = static_cast<double>(row % 90),
                  k = static_cast<double>(bin % 180);
     const double theta_h = (i + 0.5) / 90 * (i + 0.5) / 90 * pi / 2;
     const double theta_d = (j + 0.5) / 90 * pi / 2, phi_d = (k + 0.5) / 180 * pi;
