@@ -124,8 +124,10 @@ Directions read_csv_directions(text::Lines& lines) {
 
 Samples read_samples(const std::string& path, std::optional<bool> isotropic) {
     const MappedFile file(path);
-    // The digest takes as long as reading: compute it meanwhile.
-    auto digest = std::async(sha256, file.bytes());
+    // The digest of a large file takes as long as reading it: compute it meanwhile.
+    const bool large = file.bytes().size() > 1 << 20;
+    auto digest =
+        std::async(large ? std::launch::async : std::launch::deferred, sha256, file.bytes());
     Samples samples = read_any(file, isotropic);
     samples.source = path;
     samples.sha256 = digest.get();
