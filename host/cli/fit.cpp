@@ -45,12 +45,14 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
         ->add_option("-m,--model", request.models,
                      "models, with commas between; a+b is a mixture of two lobes; all: every model")
         ->required()
+        ->allow_extra_args(false) // what follows may be a file
         ->delimiter(',');
     command
         ->add_option("-o,--output", request.folder,
                      "folder for the materials, STEM.MODEL.LOBES.json")
         ->required();
     command->add_option("--lobes", request.lobes, "numbers of lobes, 1 to 4, with commas between")
+        ->allow_extra_args(false)
         ->delimiter(',')
         ->check(CLI::Range(1, static_cast<int>(max_lobes)))
         ->capture_default_str();
@@ -76,9 +78,12 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
         ->capture_default_str();
     command->add_option("--start", options->start,
                         "material to start from, in place of the global search");
-    command->add_option("--fix", options->fixes,
-                        "fix a parameter: f0=0.04, m=0.1, 2.alpha=0 (of the second lobe)");
-    command->add_option("--bound", options->bounds, "narrow a parameter's range: alpha=0:1");
+    command
+        ->add_option("--fix", options->fixes,
+                     "fix a parameter: f0=0.04, m=0.1, 2.alpha=0 (of the second lobe)")
+        ->allow_extra_args(false);
+    command->add_option("--bound", options->bounds, "narrow a parameter's range: alpha=0:1")
+        ->allow_extra_args(false);
     command->add_option("--csv", request.csv, "also write a summary, one row a fit");
     command->add_flag("--json", request.json, "print the results as JSON");
     options->isotropy.add_to(*command);

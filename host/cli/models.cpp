@@ -42,8 +42,9 @@ Json to_json(const Model& model) {
     json["equation"] = model.equation;
     json["reciprocal"] = model.reciprocal;
     json["conserves_energy"] = model.conserves_energy;
-    json["isotropic"] = to_json(model.isotropic);
-    json["anisotropic"] = to_json(model.anisotropic);
+    const Model& of = model.lobe.empty() ? model : model_named(model.lobe);
+    json["isotropic"] = to_json(of.isotropic);
+    json["anisotropic"] = to_json(of.anisotropic);
     return json;
 }
 
@@ -64,10 +65,12 @@ void print(const Model& model) {
                model.kind == Kind::Lobe ? "lobe" : "diffuse", model.reciprocal ? "" : "not ",
                model.conserves_energy ? "conserves energy" : "may exceed an albedo of 1");
     fmt::print("  {}\n  {}\n", model.shape, model.equation);
-    for (const Parameter& p : model.isotropic)
-        print(p, lists(model.anisotropic, p.name) ? "" : ", isotropic form");
-    for (const Parameter& p : model.anisotropic)
-        if (!lists(model.isotropic, p.name))
+    // A coupled diffuse shape comes with the parameters of its lobe.
+    const Model& of = model.lobe.empty() ? model : model_named(model.lobe);
+    for (const Parameter& p : of.isotropic)
+        print(p, lists(of.anisotropic, p.name) ? "" : ", isotropic form");
+    for (const Parameter& p : of.anisotropic)
+        if (!lists(of.isotropic, p.name))
             print(p, ", anisotropic form");
 }
 

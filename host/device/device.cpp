@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cstdio>
+#include <cstdlib>
 #include <fmt/format.h>
 
 namespace brdfit {
@@ -24,7 +26,27 @@ std::string lower_case(std::string text) {
     return text;
 }
 
+// The form that the environment variable BRDFIT_FORM asks for, "V,LS,BLOCK": for trying a device's
+// kernels on another. Throws UsageError where these do not fit together.
+Form parse_form(const char* text) {
+    Form form{};
+    char rest = 0;
+    const auto power_of_2 = [](int x) { return x > 0 && (x & (x - 1)) == 0; };
+    if (std::sscanf(text, "%d,%d,%d%c", &form.vector_width, &form.local_size, &form.block, &rest) !=
+            3 ||
+        !power_of_2(form.vector_width) || form.vector_width > 16 || !power_of_2(form.local_size) ||
+        form.local_size > 1024 || form.block < 1 || form.block > (1 << 20) ||
+        form.block % (form.vector_width * form.local_size) != 0)
+        throw UsageError(
+            fmt::format("BRDFIT_FORM={}: expected V,LS,BLOCK, the first two powers of 2 "
+                        "up to 16 and 1024, the last a multiple of both",
+                        text));
+    return form;
+}
+
 Form form_of(const Device& device) {
+    if (const char* text = std::getenv("BRDFIT_FORM"))
+        return parse_form(text);
     if (device.cpu)
         return {16, 1, 2048};
     // The largest power of 2 up to 128 that a group and its local memory can hold.
