@@ -38,7 +38,9 @@ std::string read_file(const std::string& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-Outcome run_program(const std::vector<std::string>& arguments) {
+Outcome run_program(const std::vector<std::string>& arguments,
+                    const std::vector<std::string>& environment,
+                    const std::function<void(pid_t)>& meanwhile) {
     const TemporaryFolder folder;
     const std::string out = folder / "out", err = folder / "err";
     std::string program = BRDFIT_PROGRAM;
@@ -46,6 +48,13 @@ Outcome run_program(const std::vector<std::string>& arguments) {
     for (const std::string& argument : arguments)
         argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
+    // The first of several values of a variable counts.
+    std::vector<char*> variables;
+    for (const std::string& variable : environment)
+        variables.push_back(const_cast<char*>(variable.c_str()));
+    for (char** variable = environ; *variable != nullptr; ++variable)
+        variables.push_back(*variable);
+    variables.push_back(nullptr);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     const int flags = O_WRONLY | O_CREAT | O_TRUNC;
@@ -53,8 +62,11 @@ Outcome run_program(const std::vector<std::string>& arguments) {
     posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, out.c_str(), flags, 0600);
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), flags, 0600);
     pid_t child = 0;
-    const int error = posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), environ);
+    const int error =
+        posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), variables.data());
     posix_spawn_file_actions_destroy(&actions);
+    if (error == 0 && meanwhile)
+        meanwhile(child);
     int status = 0;
     if (error != 0 || waitpid(child, &status, 0) != child)
         throw std::runtime_error("cannot run " + program);

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <sys/types.h>
 #include <vector>
 
 namespace brdfit::test {
@@ -31,8 +33,11 @@ struct Outcome {
     std::string out, err;
 };
 
-/// Runs brdfit with these arguments and waits for it.
-Outcome run_program(const std::vector<std::string>& arguments);
+/// Runs brdfit with these arguments and waits for it. `environment`: variables as NAME=VALUE, added
+/// to this process's. `meanwhile` is called while it runs.
+Outcome run_program(const std::vector<std::string>& arguments,
+                    const std::vector<std::string>& environment = {},
+                    const std::function<void(pid_t)>& meanwhile = {});
 
 /// A folder of measured data given by the environment variable BRDFIT_DATA; empty when unset.
 std::filesystem::path data_folder();

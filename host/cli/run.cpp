@@ -3,6 +3,8 @@
 #include "host/file.hpp"
 #include "host/version.hpp"
 
+#include <CL/opencl.hpp>
+#include <cstdio>
 #include <exception>
 #include <new>
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -45,12 +47,18 @@ int run(int argc, char** argv) {
                       : globals.verbose ? spdlog::level::debug
                                         : spdlog::level::info);
     try {
-        return action();
+        const int status = action();
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+            throw InputError("standard output: cannot write the results");
+        return status;
     } catch (const UsageError& error) {
         spdlog::error("{}", error.what());
         return wrong_usage;
     } catch (const InputError& error) {
         spdlog::error("{}", error.what());
+        return bad_input;
+    } catch (const cl::Error& error) {
+        spdlog::error("OpenCL: {} failed with error {}", error.what(), error.err());
         return bad_input;
     } catch (const std::bad_alloc&) {
         spdlog::error("out of memory");
