@@ -1,0 +1,25 @@
+#pragma once
+
+#include "bench/work.hpp"
+
+#include <vector>
+
+namespace brdfit::bench {
+
+/// Name of the row all others are compared with.
+inline constexpr const char* baseline = "native scalar float64";
+
+/// Compiler and options of the native baselines.
+struct NativeBuild {
+    const char *compiler, *scalar_flags, *simd_flags; ///< simd_flags: null where it is not built
+};
+NativeBuild native_build();
+
+/// The works as plain C++, for isotropic `kurt` with one lobe and three channels:
+///   native scalar float64              one thread, half vector and all else from the directions
+///   native scalar float64 precomputed  one thread, what depends on directions alone read from
+///   memory native openmp simd                 the same in float32 planes, one and all threads
+/// Empty for other materials.
+std::vector<Result> measure_native(const Problem& problem, const Samples& samples);
+
+} // namespace brdfit::bench
