@@ -5,7 +5,7 @@
 set -eu
 cd "$(dirname "$0")"
 
-needed="cmake g++ pkg-config
+needed="cmake make g++ pkg-config
 pocl-opencl-icd ocl-icd-opencl-dev opencl-headers opencl-clhpp-headers
 libnlopt-dev libeigen3-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libssl-dev"
 needed_by_tests="libgtest-dev oclgrind"

@@ -197,6 +197,17 @@ std::vector<Geometry> samples_with_geometry(const std::vector<Sample>& samples) 
     return all;
 }
 
+// Whether the baselines are of this problem's model.
+bool is_known(const Problem& problem, const Samples& samples) {
+    const Structure structure = structure_of(parse_material(problem.material, "problem"));
+    return structure.name() == "kurt" && structure.lobes.size() == 1 && structure.isotropic &&
+           structure.diffuse->name == "lambert" && samples.channels.size() == channels;
+}
+
+KurtTheta theta_of(const Problem& problem) {
+    return {problem.theta[0], problem.theta[1], problem.theta[2]};
+}
+
 // A row of the table; `evaluate` computes the answer.
 template <typename Evaluate>
 Result measured(const char* name, const Work& work, int threads, std::size_t count,
@@ -236,7 +247,7 @@ std::vector<std::vector<float>> planes_of(const std::vector<Geometry>& samples) 
     return planes;
 }
 
-std::vector<Result> measure_simd(const std::vector<Geometry>& samples, const KurtTheta& theta) {
+std::vector<Result> measured_simd(const std::vector<Geometry>& samples, const KurtTheta& theta) {
     const std::vector<std::vector<float>> data = planes_of(samples);
     const KurtPlanes planes{data[0].data(),
                             data[1].data(),
@@ -274,25 +285,30 @@ NativeBuild native_build() {
 #endif
 }
 
-std::vector<Result> measure_native(const Problem& problem, const Samples& samples) {
-    const Structure structure = structure_of(parse_material(problem.material, "problem"));
-    if (structure.name() != "kurt" || structure.lobes.size() != 1 || !structure.isotropic ||
-        structure.diffuse->name != "lambert" || samples.channels.size() != channels)
+std::vector<Result> measure_scalar(const Problem& problem, const Samples& samples) {
+    if (!is_known(problem, samples))
         return {};
-    const KurtTheta theta{problem.theta[0], problem.theta[1], problem.theta[2]};
     const std::vector<Sample> with_directions = samples_with_directions(samples);
     const std::vector<Geometry> with_geometry = samples_with_geometry(with_directions);
     std::vector<Result> results;
     for (const Work& work : works)
-        results.push_back(measured_scalar(baseline, work, with_directions, theta));
+        results.push_back(measured_scalar(baseline, work, with_directions, theta_of(problem)));
     for (const Work& work : works)
-        results.push_back(
-            measured_scalar("native scalar float64 precomputed", work, with_geometry, theta));
-#ifdef BRDFIT_SIMD_FLAGS
-    for (Result& result : measure_simd(with_geometry, theta))
-        results.push_back(std::move(result));
-#endif
+        results.push_back(measured_scalar("native scalar float64 precomputed", work, with_geometry,
+                                          theta_of(problem)));
     return results;
+}
+
+std::vector<Result> measure_simd(const Problem& problem, const Samples& samples) {
+#ifdef BRDFIT_SIMD_FLAGS
+    if (is_known(problem, samples))
+        return measured_simd(samples_with_geometry(samples_with_directions(samples)),
+                             theta_of(problem));
+#else
+    static_cast<void>(problem);
+    static_cast<void>(samples);
+#endif
+    return {};
 }
 
 } // namespace brdfit::bench

@@ -15,11 +15,14 @@ struct NativeBuild {
 };
 NativeBuild native_build();
 
-/// The works as plain C++, for isotropic `kurt` with one lobe and three channels:
+/// The works as plain C++, for isotropic `kurt` with one lobe and three channels; empty for other
+/// materials.
 ///   native scalar float64              one thread, half vector and all else from the directions
 ///   native scalar float64 precomputed  one thread, what depends on directions alone read from
-///   memory native openmp simd                 the same in float32 planes, one and all threads
-/// Empty for other materials.
-std::vector<Result> measure_native(const Problem& problem, const Samples& samples);
+///   memory
+std::vector<Result> measure_scalar(const Problem& problem, const Samples& samples);
+///   native openmp simd                 the same in float32 planes, on one thread and on all
+/// Empty also where it is not built.
+std::vector<Result> measure_simd(const Problem& problem, const Samples& samples);
 
 } // namespace brdfit::bench

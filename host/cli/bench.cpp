@@ -1,3 +1,4 @@
+#include "bench/again.hpp"
 #include "bench/native.hpp"
 #include "bench/opencl.hpp"
 #include "host/cli/command.hpp"
@@ -21,33 +22,43 @@ constexpr double least_ratio = 20, least_samples_per_second = 200e6;
 struct Options {
     std::string json;
     std::size_t samples = 0;
-    bool one_thread = false;
+    bool child = false;
 };
 
 using bench::Problem;
 using bench::Result;
 
-// What the run limited to one thread writes for the one that started it.
+// The part that needs an environment of its own; its results are for the run that started it.
 int bench_as_child(const Device& device, const Options& options) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-    for (const Problem& problem : bench::problems())
-        for (const Result& result : bench::measure_device(
-                 device, problem, bench::samples_of(device, problem, options.samples)))
+    const auto append = [&](const std::vector<Result>& results) {
+        for (const Result& result : results)
             rows.push_back(to_json(result, true));
+    };
+    for (const Problem& problem : bench::problems()) {
+        const Samples data = bench::samples_of(device, problem, options.samples);
+        if (bench::can_run_on_one_thread(device))
+            append(bench::measure_device(device, problem, data));
+        append(bench::measure_simd(problem, data));
+    }
     fmt::print("{}\n", rows.dump());
     return 0;
 }
 
-std::vector<Result> measure_one_thread(const Device& device, const Options& options) {
+std::vector<Result> measure_in_child(const Device& device, const Options& options) {
     std::vector<Result> results;
+    // OpenMP's threads must sleep while they wait: spinning, they keep a busy machine's cores from
+    // the thread waited for, and the baseline would look several times slower than it is.
     const std::string text =
-        bench::run_on_one_thread({"--device", std::to_string(device.index), "bench", "--one-thread",
-                                  "--samples", std::to_string(options.samples)});
+        bench::run_again({"--device", std::to_string(device.index), "bench", "--child", "--samples",
+                          std::to_string(options.samples)},
+                         {{"POCL_MAX_PTHREAD_COUNT", "1"}, {"OMP_WAIT_POLICY", "passive"}});
     try {
         for (const auto& row : nlohmann::ordered_json::parse(text))
             results.push_back(bench::result_from_json(row));
     } catch (const nlohmann::json::exception& error) {
-        throw InputError(fmt::format("one thread: unexpected output: {}", error.what()));
+        throw InputError(
+            fmt::format("unexpected output of the benchmark's part: {}", error.what()));
     }
     return results;
 }
@@ -153,7 +164,7 @@ void write_json(OutputFile& file, const Device& device, std::size_t samples,
 
 int bench_command(const Options& options, const Globals& globals) {
     const Device device = open_device(globals.device);
-    if (options.one_thread)
+    if (options.child)
         return bench_as_child(device, options);
     std::optional<OutputFile> json; // opened first: a path that cannot be written costs no time
     if (!options.json.empty())
@@ -166,11 +177,11 @@ int bench_command(const Options& options, const Globals& globals) {
     for (const Problem& problem : bench::problems()) {
         const Samples data = bench::samples_of(device, problem, options.samples);
         samples = data.valid_count();
-        append(bench::measure_device(device, problem, data));
-        append(bench::measure_native(problem, data));
+        if (!bench::can_run_on_one_thread(device) || device.compute_units > 1)
+            append(bench::measure_device(device, problem, data));
+        append(bench::measure_scalar(problem, data));
     }
-    if (bench::can_run_on_one_thread(device) && device.compute_units > 1)
-        append(measure_one_thread(device, options));
+    append(measure_in_child(device, options));
     std::stable_sort(results.begin(), results.end(), [](const Result& a, const Result& b) {
         return std::make_pair(a.device.rfind("native", 0) != 0, a.threads) <
                std::make_pair(b.device.rfind("native", 0) != 0, b.threads);
@@ -200,9 +211,8 @@ void add_bench(CLI::App& app, const Globals& globals, Action& action) {
                                     "fit, against plain C++ on this machine");
     auto options = std::make_shared<Options>();
     command->add_option("--json", options->json, "file to write the results to, as JSON");
-    // For tests, and for the run that is limited to one thread.
-    command->add_option("--samples", options->samples)->group("");
-    command->add_flag("--one-thread", options->one_thread)->group("");
+    command->add_option("--samples", options->samples)->group(""); // for tests
+    command->add_flag("--child", options->child)->group("");
     command->footer("Example:\n  brdfit bench --json bench.json");
     command->callback([options, &globals, &action] {
         action = [options, &globals] { return bench_command(*options, globals); };
