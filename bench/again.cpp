@@ -37,7 +37,7 @@ std::string run_again(const std::vector<std::string>& arguments,
         if (!sets_any(*entry, variables))
             settings.emplace_back(*entry);
     for (const auto& [name, value] : variables)
-        settings.push_back(name + "=" + value);
+        settings.push_back(fmt::format("{}={}", name, value));
     for (std::string& setting : settings)
         environment.push_back(setting.data());
     environment.push_back(nullptr);
