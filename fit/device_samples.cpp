@@ -52,15 +52,14 @@ void upload_used(const Device& device, const Samples& samples, Metric metric,
             to[k] = from[used[k]];
     }
     packed.values = upload(device, values);
-    std::vector<float> weights(packed.stride), solid_angle(packed.stride), iz(packed.stride);
+    std::vector<float> solid_angle(packed.stride), iz(packed.stride);
     const float* const wi_z = directions.plane(Directions::WiZ);
     for (std::size_t k = 0; k < used.size(); ++k) {
-        const double w = weighted ? samples.weights[used[k]] * scale : 1;
-        const double cosine = wi_z[used[k]];
-        solid_angle[k] = static_cast<float>(w);
-        iz[k] = static_cast<float>(cosine);
-        weights[k] = static_cast<float>((metric == Metric::L2 ? 1 : w) * cosine * cosine);
+        solid_angle[k] = static_cast<float>(weighted ? samples.weights[used[k]] * scale : 1);
+        iz[k] = wi_z[used[k]];
     }
+    std::vector<float> weights = quadratic_weights(samples, used, solid_angle, metric);
+    weights.resize(packed.stride, 0.0F);
     packed.weights = upload(device, weights);
     packed.solid_angle = upload(device, solid_angle);
     packed.iz = upload(device, iz);
@@ -77,6 +76,32 @@ Metric metric_named(const std::string& name) {
         if (name == metric_names[i])
             return static_cast<Metric>(i);
     throw UsageError(fmt::format("unknown metric '{}'; known: ngan, l2, log, cbrt", name));
+}
+
+std::vector<float> quadratic_weights(const Samples& samples, const std::vector<std::uint32_t>& used,
+                                     const std::vector<float>& solid_angle, Metric metric) {
+    const float* const wi_z = samples.directions->plane(Directions::WiZ);
+    const std::size_t channels = samples.channels.size();
+    // phi' grows without bound towards 0: below this share of the mean it is taken as it is there.
+    double mean = 0;
+    for (std::size_t ch = 0; ch < channels; ++ch)
+        for (const std::uint32_t k : used)
+            mean += std::abs(samples.channel(ch)[k]) * wi_z[k];
+    mean /= static_cast<double>(used.size() * channels);
+    const double floor = std::max(0.02 * mean, 1e-6);
+    std::vector<float> weights(used.size());
+    for (std::size_t i = 0; i < used.size(); ++i) {
+        const double iz = wi_z[used[i]];
+        double slopes = quadratic(metric) ? 1 : 0;
+        for (std::size_t ch = 0; ch < channels && !quadratic(metric); ++ch) {
+            const double x = std::max(iz * samples.channel(ch)[used[i]], floor);
+            const double slope = metric == Metric::Log ? 1 / (1 + x) : std::cbrt(x) / (3 * x);
+            slopes += slope * slope / static_cast<double>(channels);
+        }
+        weights[i] =
+            static_cast<float>((metric == Metric::L2 ? 1 : solid_angle[i]) * iz * iz * slopes);
+    }
+    return weights;
 }
 
 DeviceSamples pack_samples(const Device& device, const Samples& samples, double max_theta_degrees,

@@ -44,6 +44,12 @@ struct DeviceSamples {
     std::vector<std::uint32_t> used; ///< the samples' numbers in the file
 };
 
+/// The weights W that make W (f - y)^2 the metric, or where it is not quadratic in f resemble it
+/// near y: w iz^2 (ngan), iz^2 (l2), w iz^2 times the mean over channels of phi'(iz y)^2 (log,
+/// cbrt).
+std::vector<float> quadratic_weights(const Samples& samples, const std::vector<std::uint32_t>& used,
+                                     const std::vector<float>& solid_angle, Metric metric);
+
 /// Packs the samples. Throws InputError, naming the file, where none is left.
 DeviceSamples pack_samples(const Device& device, const Samples& samples, double max_theta_degrees,
                            Metric metric);

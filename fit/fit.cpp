@@ -18,6 +18,10 @@ constexpr std::size_t single_lobe_starts = 6, several_lobe_starts = 16;
 constexpr std::size_t single_lobe_finalists = 2, several_lobe_finalists = 3;
 // A random start beats the search where its error is below by more than this share.
 constexpr double better_share = 1e-3;
+// Rounds of the polish of metrics that are not quadratic, and what a round has to gain to be
+// followed.
+constexpr int most_rounds = 6;
+constexpr double round_gain = 1e-4;
 
 double seconds_since(std::chrono::steady_clock::time_point started) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
@@ -150,14 +154,19 @@ Structure structure_named(const std::string& names, int lobes, const std::string
 FileFitter::FileFitter(const Device& device, ProgramCache& programs, const Samples& samples,
                        const FitOptions& options)
     : device_(device), programs_(programs), samples_(samples), options_(options),
-      packed_(pack_samples(device, samples, options.max_theta, options.metric)),
-      thinned_(thin_samples(device, samples, packed_, options.metric, thinned_count)) {}
+      packed_(pack_samples(device, samples, options.max_theta, options.metric)) {}
 
-Objective& FileFitter::thinned_objective(const Structure& structure) {
-    std::unique_ptr<Objective>& objective = thinned_objectives_[structure.key()];
+Objective& FileFitter::thinned_objective(const Structure& structure, Metric weights) {
+    auto thinned = thinned_.find(weights);
+    if (thinned == thinned_.end())
+        thinned =
+            thinned_
+                .emplace(weights, thin_samples(device_, samples_, packed_, weights, thinned_count))
+                .first;
+    std::unique_ptr<Objective>& objective = thinned_objectives_[{weights, structure.key()}];
     if (!objective)
         objective = std::make_unique<Objective>(
-            device_, programs_.get(structure, packed_.channels, packed_.chunk), thinned_);
+            device_, programs_.get(structure, packed_.channels, packed_.chunk), thinned->second);
     return *objective;
 }
 
@@ -172,11 +181,10 @@ MinimiseOptions FileFitter::full_polish() const {
 // Where the metric is quadratic NLopt sees theta alone; otherwise theta and all of kd and ks, which
 // start from the quadratic solution.
 FileFitter::Solution FileFitter::polish(Objective& objective, const Space& space,
-                                        const std::vector<double>& theta,
+                                        const Solution& start,
                                         const MinimiseOptions& options) const {
-    std::vector<double> x = space.to_x(theta), lower = space.lower(), upper = space.upper();
-    std::vector<double> by_theta;
     if (quadratic(options_.metric)) {
+        std::vector<double> by_theta;
         const Function error = [&](const std::vector<double>& at, std::vector<double>* gradient) {
             const std::vector<double> t = space.to_theta(at);
             const double value =
@@ -185,37 +193,67 @@ FileFitter::Solution FileFitter::polish(Objective& objective, const Space& space
                 *gradient = space.gradient_by_x(t, by_theta);
             return value;
         };
-        const Minimum minimum = minimise(error, x, lower, upper, options);
+        const Minimum minimum =
+            minimise(error, space.to_x(start.theta), space.lower(), space.upper(), options);
         Solution solution{space.to_theta(minimum.x), {}, 0};
         solution.squared_error = objective.projected_error(solution.theta);
         solution.a = objective.coefficients();
         return solution;
     }
 
-    objective.projected_error(theta);
-    const Coefficients first = objective.coefficients();
-    const Eigen::Index channels = first.rows(), basis = first.cols();
+    Solution solution = start;
+    if (solution.a.size() == 0) {
+        objective.projected_error(start.theta);
+        solution.a = objective.coefficients();
+    }
+    solution.squared_error = std::numeric_limits<double>::infinity();
+    // For cbrt in turns in the cubic roots of the coefficients, in which the residual is nearly
+    // linear but which have no slope at 0, and in the coefficients themselves. A line search that
+    // ends in float32's noise goes on with a fresh Hessian.
+    for (int round = 0; round < most_rounds; ++round) {
+        const double before = solution.squared_error;
+        for (const bool cubic : {true, false}) {
+            if (cubic && options_.metric != Metric::Cbrt)
+                continue;
+            Solution next = polish_loss(objective, space, solution, cubic, options);
+            if (next.squared_error < solution.squared_error)
+                solution = std::move(next);
+        }
+        if (!(solution.squared_error < before * (1 - round_gain)))
+            break;
+    }
+    return solution;
+}
+
+FileFitter::Solution FileFitter::polish_loss(Objective& objective, const Space& space,
+                                             const Solution& start, bool cubic,
+                                             const MinimiseOptions& options) const {
+    std::vector<double> x = space.to_x(start.theta), lower = space.lower(), upper = space.upper();
+    const Eigen::Index channels = start.a.rows(), basis = start.a.cols();
     // Coefficients are seen as shares of the largest of their kind.
-    const double largest = std::max(first.maxCoeff(), 1e-6);
+    const double largest = std::max(start.a.maxCoeff(), 1e-6);
     Eigen::VectorXd scale(basis);
     for (Eigen::Index j = 0; j < basis; ++j)
-        scale[j] = std::max(first.col(j).maxCoeff(), 1e-3 * largest);
+        scale[j] = std::max(start.a.col(j).maxCoeff(), 1e-3 * largest);
     const auto free = static_cast<Eigen::Index>(x.size());
-    for (Eigen::Index ch = 0; ch < channels; ++ch)
-        for (Eigen::Index j = 0; j < basis; ++j) {
-            x.push_back(first(ch, j) / scale[j]);
-            lower.push_back(0);
-            upper.push_back(1e6);
-        }
-    const auto coefficients_at = [&](const std::vector<double>& at) {
-        Coefficients a(channels, basis);
-        for (Eigen::Index i = 0; i < a.size(); ++i)
-            a.data()[i] = at[static_cast<std::size_t>(free + i)] * scale[i % basis];
-        return a;
-    };
+    for (Eigen::Index i = 0; i < start.a.size(); ++i) {
+        const double share = start.a.data()[i] / scale[i % basis];
+        x.push_back(cubic ? std::max(std::cbrt(share), 0.1) : share);
+        lower.push_back(0);
+        upper.push_back(cubic ? 1e2 : 1e6);
+    }
     const auto theta_at = [&](const std::vector<double>& at) {
         return space.to_theta({at.begin(), at.begin() + free});
     };
+    const auto coefficients_at = [&](const std::vector<double>& at) {
+        Coefficients a(channels, basis);
+        for (Eigen::Index i = 0; i < a.size(); ++i) {
+            const double share = at[static_cast<std::size_t>(free + i)];
+            a.data()[i] = (cubic ? share * share * share : share) * scale[i % basis];
+        }
+        return a;
+    };
+    std::vector<double> by_theta;
     Coefficients by_coefficients;
     const Function error = [&](const std::vector<double>& at, std::vector<double>* gradient) {
         const std::vector<double> t = theta_at(at);
@@ -223,8 +261,11 @@ FileFitter::Solution FileFitter::polish(Objective& objective, const Space& space
             objective.loss(options_.metric, t, coefficients_at(at), by_theta, by_coefficients);
         if (gradient != nullptr) {
             *gradient = space.gradient_by_x(t, by_theta);
-            for (Eigen::Index i = 0; i < by_coefficients.size(); ++i)
-                gradient->push_back(by_coefficients.data()[i] * scale[i % basis]);
+            for (Eigen::Index i = 0; i < by_coefficients.size(); ++i) {
+                const double share = at[static_cast<std::size_t>(free + i)];
+                gradient->push_back(by_coefficients.data()[i] * scale[i % basis] *
+                                    (cubic ? 3 * share * share : 1));
+            }
         }
         return value;
     };
@@ -253,26 +294,35 @@ std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structur
         smaller.lobes.erase(smaller.lobes.begin() + static_cast<std::ptrdiff_t>(missing));
         partial.push_back({static_cast<int>(missing), fitted(smaller).solution.theta});
     }
-    std::vector<Objective*> single;
-    for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
-        // A lobe alone is not coupled to the diffuse shape unless it may be.
-        Structure alone{structure.diffuse, {structure.lobes[l]}, structure.isotropic};
-        single.push_back(&thinned_objective(alone));
+    // What is not quadratic is searched with the weights that resemble it near the data, which
+    // serve good fits, and with ngan's, which serve bad ones.
+    std::vector<Metric> weights{options_.metric};
+    if (!quadratic(options_.metric))
+        weights.push_back(Metric::Ngan);
+    std::vector<StartingPoint> starts;
+    for (const Metric metric : weights) {
+        std::vector<Objective*> single;
+        for (const Model* lobe : structure.lobes)
+            single.push_back(&thinned_objective(
+                Structure{structure.diffuse, {lobe}, structure.isotropic}, metric));
+        const std::vector<StartingPoint> found =
+            search_shapes(device_, programs_.gram(), single, space, partial,
+                          structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts);
+        starts.insert(starts.end(), found.begin(), found.end());
     }
-    return search_shapes(device_, programs_.gram(), single, space, partial,
-                         structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts);
+    return starts;
 }
 
 std::vector<FileFitter::Solution>
 FileFitter::polished_thinned(const Structure& structure, const Space& space,
                              const std::vector<StartingPoint>& starts) {
-    Objective& objective = thinned_objective(structure);
+    Objective& objective = thinned_objective(structure, options_.metric);
     MinimiseOptions options;
     options.max_evaluations = 100;
     options.relative_tolerance = 1e-6;
     std::vector<Solution> solutions;
     for (const StartingPoint& start : starts)
-        solutions.push_back(polish(objective, space, space.clamped(start.theta), options));
+        solutions.push_back(polish(objective, space, {space.clamped(start.theta), {}, 0}, options));
     std::stable_sort(solutions.begin(), solutions.end(), [](const Solution& a, const Solution& b) {
         return a.squared_error < b.squared_error;
     });
@@ -312,9 +362,9 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     fit.space = Space(structure.lobes, structure.isotropic, options_.ranges);
     const Space& space = fit.space;
     auto started = std::chrono::steady_clock::now();
-    std::vector<std::vector<double>> finalists;
+    std::vector<Solution> finalists;
     if (options_.start) {
-        finalists.push_back(start_theta(structure, space));
+        finalists.push_back({start_theta(structure, space), {}, 0});
     } else {
         std::vector<StartingPoint> starts = searched_starts(structure, space);
         const std::vector<Solution> solutions = polished_thinned(structure, space, starts);
@@ -325,26 +375,26 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
                 break;
             // Polishes that met in one optimum go on as one.
             const std::vector<double> x = space.to_x(solution.theta);
-            const bool distinct = std::none_of(
-                finalists.begin(), finalists.end(), [&](const std::vector<double>& other) {
-                    const std::vector<double> y = space.to_x(other);
+            const bool distinct =
+                std::none_of(finalists.begin(), finalists.end(), [&](const Solution& other) {
+                    const std::vector<double> y = space.to_x(other.theta);
                     double distance = 0;
                     for (std::size_t i = 0; i < x.size(); ++i)
                         distance = std::max(distance, std::abs(x[i] - y[i]));
                     return distance < 0.02;
                 });
             if (distinct)
-                finalists.push_back(solution.theta);
+                finalists.push_back(solution);
         }
-        fit.thinned_evaluations = thinned_objective(structure).evaluations();
+        fit.thinned_evaluations = thinned_objective(structure, options_.metric).evaluations();
     }
     fit.search_seconds = seconds_since(started);
     started = std::chrono::steady_clock::now();
     fit.objective = std::make_unique<Objective>(
         device_, programs_.get(structure, packed_.channels, packed_.chunk), packed_);
     fit.solution.squared_error = std::numeric_limits<double>::infinity();
-    for (const std::vector<double>& theta : finalists) {
-        Solution solution = polish(*fit.objective, space, theta, full_polish());
+    for (const Solution& finalist : finalists) {
+        Solution solution = polish(*fit.objective, space, finalist, full_polish());
         if (solution.squared_error < fit.solution.squared_error)
             fit.solution = std::move(solution);
     }
@@ -364,7 +414,7 @@ FitResult FileFitter::fit(const Structure& structure) {
     for (int i = 0; i < options_.random_starts; ++i) {
         const std::vector<double> theta =
             fit.space.random(options_.seed, static_cast<std::uint64_t>(i));
-        Solution other = polish(objective, fit.space, theta, full_polish());
+        Solution other = polish(objective, fit.space, {theta, {}, 0}, full_polish());
         if (std::sqrt(other.squared_error) <
             std::sqrt(fit.solution.squared_error) * (1 - better_share))
             ++result.random_starts_better;

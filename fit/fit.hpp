@@ -77,12 +77,16 @@ class FileFitter {
         double search_seconds = 0, polish_seconds = 0;
     };
     const Fitted& fitted(const Structure& structure);
-    Objective& thinned_objective(const Structure& structure);
+    Objective& thinned_objective(const Structure& structure, Metric weights);
     std::vector<StartingPoint> searched_starts(const Structure& structure, const Space& space);
     std::vector<Solution> polished_thinned(const Structure& structure, const Space& space,
                                            const std::vector<StartingPoint>& starts);
-    Solution polish(Objective& objective, const Space& space, const std::vector<double>& theta,
+    // From start.theta, and where the metric is not quadratic start.a, or without it a solved one.
+    Solution polish(Objective& objective, const Space& space, const Solution& start,
                     const MinimiseOptions& options) const;
+    // The polish of theta, kd and ks together, for metrics that are not quadratic.
+    Solution polish_loss(Objective& objective, const Space& space, const Solution& start,
+                         bool cubic, const MinimiseOptions& options) const;
     MinimiseOptions full_polish() const;
     std::vector<double> start_theta(const Structure& structure, const Space& space) const;
 
@@ -90,8 +94,10 @@ class FileFitter {
     ProgramCache& programs_;
     const Samples& samples_;
     FitOptions options_;
-    DeviceSamples packed_, thinned_;
-    std::map<std::string, std::unique_ptr<Objective>> thinned_objectives_;
+    DeviceSamples packed_;
+    // Thinned samples and objectives on them, for the metrics whose weights the search uses.
+    std::map<Metric, DeviceSamples> thinned_;
+    std::map<std::pair<Metric, std::string>, std::unique_ptr<Objective>> thinned_objectives_;
     std::map<std::string, Fitted> fitted_;
 };
 
