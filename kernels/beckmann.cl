@@ -5,7 +5,7 @@
 // it finite where hz^-4 overflows and exp(-t) vanishes.
 // ROUGHNESSES: 1 (isotropic form, one plane tan2) or 2 (planes tan2_x, tan2_y).
 
-inline void beckmann_prepare(geometry q, real* plane)
+static inline void beckmann_prepare(geometry q, real* plane)
 {
 #if ROUGHNESSES == 1
     plane[0] = tan2_x(q) + tan2_y(q);
@@ -16,7 +16,7 @@ inline void beckmann_prepare(geometry q, real* plane)
 }
 
 // exp(exponent - t) / (mx my), and in d[] the derivative of its logarithm by each roughness.
-inline real beckmann(const real* plane, real exponent, __constant const float* m, real* d)
+static inline real beckmann(const real* plane, real exponent, __constant const float* m, real* d)
 {
 #if ROUGHNESSES == 1
     const float inverse = 1.0f / m[0];
@@ -35,7 +35,7 @@ inline real beckmann(const real* plane, real exponent, __constant const float* m
 }
 
 // Multiplies the derivatives of log g by g.
-inline void beckmann_scale(real g, real* d)
+static inline void beckmann_scale(real g, real* d)
 {
     d[0] *= g;
 #if ROUGHNESSES == 2

@@ -17,19 +17,19 @@ typedef JOIN(int, V) mask;
 #define PI 3.14159265358979f
 
 #if V == 1
-inline float lanes_sum(real x) { return x; }
+static inline float lanes_sum(real x) { return x; }
 #elif V == 2
-inline float lanes_sum(real x) { return x.s0 + x.s1; }
+static inline float lanes_sum(real x) { return x.s0 + x.s1; }
 #elif V == 4
-inline float lanes_sum(real x) { return (x.s0 + x.s1) + (x.s2 + x.s3); }
+static inline float lanes_sum(real x) { return (x.s0 + x.s1) + (x.s2 + x.s3); }
 #elif V == 8
-inline float lanes_sum(real x)
+static inline float lanes_sum(real x)
 {
     const float4 y = x.lo + x.hi;
     return (y.s0 + y.s1) + (y.s2 + y.s3);
 }
 #else
-inline float lanes_sum(real x)
+static inline float lanes_sum(real x)
 {
     const float8 y = x.lo + x.hi;
     const float4 z = y.lo + y.hi;
@@ -39,7 +39,7 @@ inline float lanes_sum(real x)
 
 // Adds each of `count` private sums over the group and writes them to out[0..count).
 // Every work-item must get here: there are barriers inside.
-inline void write_group_sums(const real* sum, int count, __local float* scratch, __global float* out)
+static inline void write_group_sums(const real* sum, int count, __local float* scratch, __global float* out)
 {
 #if LS == 1
     for (int k = 0; k < count; ++k)

@@ -3,7 +3,7 @@
 //     material_prepare(geometry, plane)      the planes of every model
 //     material_basis(plane, theta, b, d)     b[0] diffuse, b[1..] lobes; derivative entries d[]
 
-inline geometry read_geometry(__global const real* directions, uint stride, uint i)
+static inline geometry read_geometry(__global const real* directions, uint stride, uint i)
 {
     real p[DIRECTION_PLANES];
     for (int k = 0; k < DIRECTION_PLANES; ++k)
@@ -12,7 +12,7 @@ inline geometry read_geometry(__global const real* directions, uint stride, uint
 }
 
 // A geometry that no model overflows at, for lanes below the horizon.
-inline geometry above_horizon(geometry q, mask above)
+static inline geometry above_horizon(geometry q, mask above)
 {
     q.wi_z = above ? q.wi_z : (real)(1.0f);
     q.wo_z = above ? q.wo_z : (real)(1.0f);
@@ -24,7 +24,7 @@ inline geometry above_horizon(geometry q, mask above)
 }
 
 // A BRDF value: 0 below the horizon, finite above it.
-inline real finite_above(real f, mask above) { return above ? fmin(f, (real)(FLT_MAX)) : (real)(0.0f); }
+static inline real finite_above(real f, mask above) { return above ? fmin(f, (real)(FLT_MAX)) : (real)(0.0f); }
 
 // values[channel][i] = sum over j of coefficients[channel][j] b_j; `count` in units of V.
 __kernel void evaluate(__global const real* directions, uint count, __constant const float* theta,

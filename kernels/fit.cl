@@ -29,7 +29,7 @@ __kernel void prepare(__global const float* directions, uint pairs, __global con
         planes[(ulong)p * stride + i] = plane[p];
 }
 
-inline void read_planes(__global const real* planes, uint stride, uint i, real* plane)
+static inline void read_planes(__global const real* planes, uint stride, uint i, real* plane)
 {
     for (int p = 0; p < PLANES; ++p)
         plane[p] = planes[p * stride + i];
@@ -145,7 +145,7 @@ residual_gradient(__global const real* planes, __global const real* values,
 }
 
 // The compressions phi of the losses that are not quadratic, of x = iz f; *slope = phi'(x).
-inline real compressed_log(real x, real* slope)
+static inline real compressed_log(real x, real* slope)
 {
     const real y = 1.0f + fmax(x, (real)(0.0f));
     *slope = x > 0.0f ? 1.0f / y : (real)(0.0f);
@@ -153,7 +153,7 @@ inline real compressed_log(real x, real* slope)
 }
 
 // cbrt(x), continued below |x| = 1e-6 by the odd cubic that meets it with its slope there.
-inline real compressed_cbrt(real x, real* slope)
+static inline real compressed_cbrt(real x, real* slope)
 {
     const float epsilon = 1e-6f;
     const real u = x * (1.0f / epsilon);

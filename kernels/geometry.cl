@@ -10,7 +10,7 @@ typedef struct {
 
 #define DIRECTION_PLANES 10
 
-inline geometry geometry_of(const real* plane)
+static inline geometry geometry_of(const real* plane)
 {
     geometry q;
     q.wi_x = plane[0];
@@ -27,16 +27,16 @@ inline geometry geometry_of(const real* plane)
 }
 
 // log(h.z), exact near the pole where h.z rounds to 1.
-inline real log_hz(geometry q)
+static inline real log_hz(geometry q)
 {
     const real s = q.h_x * q.h_x + q.h_y * q.h_y;
     return s < 0.5f ? 0.5f * log1p(-s) : log(q.h_z);
 }
 
-inline real log_iz_oz(geometry q) { return log(q.wi_z) + log(q.wo_z); }
+static inline real log_iz_oz(geometry q) { return log(q.wi_z) + log(q.wo_z); }
 
 // Tangents of the half vector, squared: (h.x/h.z)^2 and (h.y/h.z)^2; divided first, as hz^2 may
 // underflow.
-inline real squared(real x) { return x * x; }
-inline real tan2_x(geometry q) { return squared(q.h_x / q.h_z); }
-inline real tan2_y(geometry q) { return squared(q.h_y / q.h_z); }
+static inline real squared(real x) { return x * x; }
+static inline real tan2_x(geometry q) { return squared(q.h_x / q.h_z); }
+static inline real tan2_y(geometry q) { return squared(q.h_y / q.h_z); }

@@ -1,10 +1,10 @@
 // Schlick's Fresnel term, F = f0 + (1 - f0) p5 with p5 = (1 - c)^5: affine in f0.
 
-inline real schlick_p5(geometry q)
+static inline real schlick_p5(geometry q)
 {
     const real x = 1.0f - q.c;
     const real x2 = x * x;
     return x2 * x2 * x;
 }
 
-inline real schlick(real p5, float f0) { return f0 + (1.0f - f0) * p5; }
+static inline real schlick(real p5, float f0) { return f0 + (1.0f - f0) * p5; }

@@ -54,13 +54,13 @@ std::string generated_text(const Structure& structure) {
                                    "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
                                    "#define ENTRY_BASIS {{{}0}}\n",
                                    layout.basis, layout.entries.size(), layout.planes, bases);
-    text += "inline void material_prepare(geometry q, real* plane)\n{\n";
+    text += "static inline void material_prepare(geometry q, real* plane)\n{\n";
     for (const PlacedModel& p : placed)
         text +=
             fmt::format("    {}_prepare(q, plane + {});\n", p.model->identifier(), p.first_plane);
-    text +=
-        "}\ninline void material_basis(const real* plane, __constant const float* theta, real* b, "
-        "real* d)\n{\n";
+    text += "}\nstatic inline void material_basis(const real* plane, __constant const float* "
+            "theta, real* b, "
+            "real* d)\n{\n";
     const int diffuse_entry = layout.lobe_begin.back();
     text +=
         fmt::format("    b[0] = {}(plane + {}, theta, d + {});\n", structure.diffuse->identifier(),

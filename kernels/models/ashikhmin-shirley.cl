@@ -3,7 +3,7 @@
 //     e = (nu h.x^2 + nv h.y^2) / (1 - hz^2)
 // theta: f0, n or nu nv
 
-inline void ashikhmin_shirley_prepare(geometry q, real* plane)
+static inline void ashikhmin_shirley_prepare(geometry q, real* plane)
 {
 #if ROUGHNESSES == 1
     plane[0] = log_hz(q);
@@ -18,7 +18,7 @@ inline void ashikhmin_shirley_prepare(geometry q, real* plane)
     plane[ROUGHNESSES + 1] = schlick_p5(q);
 }
 
-inline real ashikhmin_shirley(const real* plane, __constant const float* theta, real* d)
+static inline real ashikhmin_shirley(const real* plane, __constant const float* theta, real* d)
 {
     const real p5 = plane[ROUGHNESSES + 1];
 #if ROUGHNESSES == 1

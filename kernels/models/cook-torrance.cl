@@ -2,7 +2,7 @@
 //     g = F D G / (4 iz oz),   G = min(1, 2 hz oz / c, 2 hz iz / c),   D isotropic
 // theta: f0, m
 
-inline void cook_torrance_prepare(geometry q, real* plane)
+static inline void cook_torrance_prepare(geometry q, real* plane)
 {
     // log(G / (iz oz)) as a minimum of logarithms: the products underflow at grazing.
     const real log_i = log(q.wi_z);
@@ -14,7 +14,7 @@ inline void cook_torrance_prepare(geometry q, real* plane)
     plane[2] = schlick_p5(q);
 }
 
-inline real cook_torrance(const real* plane, __constant const float* theta, real* d)
+static inline real cook_torrance(const real* plane, __constant const float* theta, real* d)
 {
     const float inverse = 1.0f / theta[1];
     const real t = plane[0] * (inverse * inverse);

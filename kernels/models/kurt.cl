@@ -2,7 +2,7 @@
 //     g = F D / (4 c (iz oz)^alpha),   D = exp(-tan^2_h / m^2) / (pi mx my hz^4)
 // theta: f0, m or mx my, alpha
 
-inline void kurt_prepare(geometry q, real* plane)
+static inline void kurt_prepare(geometry q, real* plane)
 {
     beckmann_prepare(q, plane);
     plane[ROUGHNESSES] = -log(4.0f * PI * q.c) - 4.0f * log_hz(q);
@@ -10,7 +10,7 @@ inline void kurt_prepare(geometry q, real* plane)
     plane[ROUGHNESSES + 2] = schlick_p5(q);
 }
 
-inline real kurt(const real* plane, __constant const float* theta, real* d)
+static inline real kurt(const real* plane, __constant const float* theta, real* d)
 {
     const float f0 = theta[0];
     const float alpha = theta[1 + ROUGHNESSES];

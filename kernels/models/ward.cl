@@ -1,13 +1,13 @@
 // Ward 1992: g = exp(-tan^2_h / m^2) / (4 pi mx my sqrt(iz oz))
 // theta: m or mx my
 
-inline void ward_prepare(geometry q, real* plane)
+static inline void ward_prepare(geometry q, real* plane)
 {
     beckmann_prepare(q, plane);
     plane[ROUGHNESSES] = -log(4.0f * PI) - 0.5f * log_iz_oz(q);
 }
 
-inline real ward(const real* plane, __constant const float* theta, real* d)
+static inline real ward(const real* plane, __constant const float* theta, real* d)
 {
     const real g = beckmann(plane, plane[ROUGHNESSES], theta, d);
     beckmann_scale(g, d);

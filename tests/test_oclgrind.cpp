@@ -1,0 +1,67 @@
+// The kernels under oclgrind, which interprets them and finds data races between work-items and
+// accesses out of bounds, in the vector form of CPUs and the form of GPUs with its barriers.
+
+#include "tests/support.hpp"
+
+#include <cstdlib>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+namespace brdfit::test {
+namespace {
+
+class Oclgrind : public testing::TestWithParam<const char*> {
+  protected:
+    void SetUp() override {
+        if (std::system("command -v oclgrind > /dev/null 2>&1") != 0)
+            GTEST_SKIP() << "oclgrind is not installed";
+        write_file(folder_ / "material.json", R"({"brdfit": 1, "channels": ["a", "b"],
+            "diffuse": {"model": "kurt-coupled", "kd": [0.2, 0.1]},
+            "lobes": [{"model": "kurt", "ks": [0.3, 0.2], "f0": 0.3, "m": 0.3, "alpha": 0.2},
+                      {"model": "ward", "ks": [0.1, 0.1], "m": 0.15}]})");
+        write_file(folder_ / "anisotropic.json", R"({"brdfit": 1, "channels": ["a"],
+            "diffuse": {"model": "lambert", "kd": [0.2]},
+            "lobes": [{"model": "cook-torrance", "ks": [0.3], "f0": 0.3, "m": 0.3},
+                      {"model": "ashikhmin-shirley", "ks": [0.1], "f0": 0.5, "nu": 10, "nv": 90},
+                      {"model": "kurt-plausible", "ks": [0.1], "f0": 0.5, "mx": 0.1, "my": 0.9}]})");
+    }
+
+    // Runs the program under oclgrind; the test fails on whatever that finds.
+    void run(const std::string& arguments) {
+        const std::string log = folder_ / "oclgrind.log", output = folder_ / "output.txt";
+        const std::string command = fmt::format(
+            "cd '{}' && BRDFIT_FORM={} oclgrind --data-races --build-options -cl-opt-disable --log "
+            "'{}' '{}' {} > '{}' 2>&1",
+            folder_.path().string(), GetParam(), log, BRDFIT_PROGRAM, arguments, output);
+        write_file(log, "");
+        EXPECT_EQ(std::system(command.c_str()), 0) << command << "\n" << read_file(output);
+        EXPECT_EQ(read_file(log), "") << command;
+    }
+
+    TemporaryFolder folder_;
+};
+
+TEST_P(Oclgrind, FindsNothingInAnyPass) {
+    run("synth material.json scattered.csv --directions 150 --noise 0.02");
+    run("synth anisotropic.json anisotropic.csv --directions 100");
+    // The search of a model with few shapes, then every kind of pass from given starts.
+    run("fit scattered.csv -m ward -o out");
+    write_file(folder_ / "start.json", R"({"brdfit": 1, "channels": ["a", "b"],
+        "diffuse": {"model": "kurt-coupled", "kd": [0.2, 0.1]},
+        "lobes": [{"model": "kurt", "ks": [0.3, 0.2], "f0": 0.2, "m": 0.25, "alpha": 0.1},
+                  {"model": "ward", "ks": [0.1, 0.1], "m": 0.2}]})");
+    for (const char* metric : {"ngan", "log", "cbrt"})
+        run(fmt::format("fit scattered.csv -m kurt-coupled+ward --start start.json --metric {} "
+                        "--max-evaluations 4 -o out",
+                        metric));
+    run("fit anisotropic.csv --anisotropic -m cook-torrance+ashikhmin-shirley+kurt-plausible "
+        "--start anisotropic.json --max-evaluations 2 -o out");
+}
+
+INSTANTIATE_TEST_SUITE_P(Forms, Oclgrind, testing::Values("16,1,256", "1,16,64"),
+                         [](const auto& info) {
+                             return std::string(info.param).substr(0, 2) == "16" ? "Cpu" : "Gpu";
+                         });
+
+} // namespace
+} // namespace brdfit::test
