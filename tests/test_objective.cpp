@@ -301,6 +301,30 @@ TEST_P(EveryStructure, errors_of_all_metrics_are_those_of_float64) {
     }
 }
 
+TEST(Loss, pulls_a_channel_up_from_black) {
+    // The slope of max(f, 0) at f = 0 is that towards f > 0: coefficients cannot go the other way.
+    const Structure structure = structure_named("ward", 1, "", true);
+    const Samples samples = test::measured(typical_material(structure), 300);
+    for (const Metric metric : {Metric::Log, Metric::Cbrt}) {
+        const DeviceSamples packed = pack_samples(device(), samples, 80, metric);
+        Objective objective(device(), programs().get(structure, packed.channels, packed.chunk),
+                            packed);
+        const Host host(samples, packed, structure, metric);
+        Coefficients black = Coefficients::Zero(3, 2), a = black;
+        std::vector<double> by_theta;
+        Coefficients by_a;
+        objective.loss(metric, {0.2}, black, by_theta, by_a);
+        const double step = 1e-9;
+        for (Eigen::Index i = 0; i < a.size(); ++i) {
+            a.data()[i] = step;
+            const double slope = (host.loss({0.2}, a) - host.loss({0.2}, black)) / step;
+            a.data()[i] = 0;
+            EXPECT_LT(slope, 0);
+            EXPECT_NEAR(by_a.data()[i], slope, 1e-2 * std::abs(slope)) << name_of(metric);
+        }
+    }
+}
+
 TEST(PackSamples, uses_the_valid_samples_within_the_angle) {
     const Structure structure = structure_named("kurt", 1, "", true);
     Samples samples = test::measured(typical_material(structure), 500);
