@@ -104,6 +104,7 @@ void check(const FitRequest& request) {
 int fit_files(const FitRequest& request, const Globals& globals) {
     const Device device = open_device(globals.device);
     spdlog::debug("device {}: {}", device.index, device.name);
+    const bool folder_is_new = !std::filesystem::exists(request.folder);
     check_folder(request.folder);
     ProgramCache programs(device);
     const std::vector<std::string> stems = distinct_stems(request.files);
@@ -154,8 +155,12 @@ int fit_files(const FitRequest& request, const Globals& globals) {
     progress.clear();
     if (request.json)
         fmt::print("{}\n", fit_rows_json(rows, request.options).dump(2));
-    if (!request.csv.empty())
+    if (!request.csv.empty() && !rows.empty())
         write_fit_csv(rows, request.options, request.csv);
+    if (rows.empty() && folder_is_new) {
+        std::error_code ignored; // it is not empty any more, then
+        std::filesystem::remove(request.folder, ignored);
+    }
     return failed ? 1 : 0;
 }
 
