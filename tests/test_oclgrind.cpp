@@ -30,7 +30,8 @@ class Oclgrind : public testing::TestWithParam<const char*> {
     void run(const std::string& arguments) {
         const std::string log = folder_ / "oclgrind.log", output = folder_ / "output.txt";
         const std::string command = fmt::format(
-            "cd '{}' && BRDFIT_FORM={} oclgrind --data-races --build-options -cl-opt-disable --log "
+            "cd '{}' && BRDFIT_FORM={} oclgrind --data-races --max-errors 5 --build-options "
+            "-cl-opt-disable --log "
             "'{}' '{}' {} > '{}' 2>&1",
             folder_.path().string(), GetParam(), log, BRDFIT_PROGRAM, arguments, output);
         write_file(log, "");
