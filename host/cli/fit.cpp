@@ -3,6 +3,7 @@
 #include "host/cli/command.hpp"
 #include "host/cli/fit_files.hpp"
 #include "host/cli/isotropy.hpp"
+#include "host/cli/within.hpp"
 #include "host/error.hpp"
 
 #include <fmt/format.h>
@@ -62,7 +63,7 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
     command
         ->add_option("--max-theta", request.options.max_theta,
                      "drop samples beyond this angle from the normal, degrees")
-        ->check(CLI::Range(1.0, 90.0))
+        ->check(within(1, 90))
         ->capture_default_str();
     command->add_option("--algorithm", options->algorithm, "NLopt algorithm for the polish")
         ->capture_default_str();

@@ -89,15 +89,24 @@ void check(const FitRequest& request) {
         if (request.isotropic && *request.isotropic != isotropic)
             continue;
         const std::vector<Structure> structures = structures_of(request, isotropic);
-        std::vector<const Model*> models;
-        for (const Structure& structure : structures) {
-            models.insert(models.end(), structure.lobes.begin(), structure.lobes.end());
+        for (const Structure& structure : structures)
             Space(structure.lobes, isotropic, request.options.ranges); // throws on contradictions
-        }
-        for (const ParameterRange& range : request.options.ranges)
-            if (!names_parameter_of(range, models))
+        for (const ParameterRange& range : request.options.ranges) {
+            const auto means_one_of = [&](const Structure& structure) {
+                std::vector<const Model*> lobes = structure.lobes;
+                const auto lobe = static_cast<std::size_t>(range.lobe);
+                if (lobe > 0)
+                    lobes = lobe > lobes.size() ? std::vector<const Model*>{}
+                                                : std::vector<const Model*>{lobes[lobe - 1]};
+                return names_parameter_of(range, lobes);
+            };
+            if (std::none_of(structures.begin(), structures.end(), means_one_of))
                 throw UsageError(
-                    fmt::format("no model asked for has a parameter '{}'", range.name));
+                    range.lobe == 0
+                        ? fmt::format("no model asked for has a parameter '{}'", range.name)
+                        : fmt::format("no fit asked for has a parameter '{}.{}'", range.lobe,
+                                      range.name));
+        }
     }
 }
 

@@ -1,4 +1,5 @@
 #include "host/cli/command.hpp"
+#include "host/cli/within.hpp"
 #include "host/error.hpp"
 #include "host/measured/read.hpp"
 #include "host/measured/write.hpp"
@@ -72,7 +73,7 @@ void add_synth(CLI::App& app, const Globals& globals, Action& action) {
     command
         ->add_option("--noise", options->noise,
                      "standard deviation s of the noise, y (1 + s N(0,1))")
-        ->check(CLI::Range(0.0, 10.0))
+        ->check(within(0, 10))
         ->capture_default_str();
     command->add_option("--seed", options->seed, "of noise and directions")->capture_default_str();
     command->add_option("--directions", options->directions,

@@ -1,0 +1,198 @@
+// Choosing a device, and what the program says where there is none or where kernels do not build.
+
+#include "host/device/program.hpp"
+#include "host/embedded.hpp"
+#include "host/error.hpp"
+#include "tests/fits.hpp"
+#include "tests/support.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+namespace brdfit {
+
+namespace {
+
+using test::Outcome;
+using test::run_program;
+using test::TemporaryFolder;
+using test::write_file;
+
+const std::string material = R"({
+  "brdfit": 1, "channels": ["R"],
+  "diffuse": {"model": "lambert", "kd": [0.1]},
+  "lobes": [{"model": "ward", "ks": [0.5], "m": 0.2}]})";
+
+std::string upper_case(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    return text;
+}
+
+TEST(OpenDevice, chooses_by_index_name_part_of_the_name_or_default) {
+    const std::vector<Device> devices = list_devices();
+    ASSERT_FALSE(devices.empty());
+    EXPECT_EQ(open_device().index, static_cast<int>(default_device(devices)));
+    for (const Device& device : devices) {
+        EXPECT_EQ(open_device(std::to_string(device.index)).index, device.index);
+        const auto same_name = [&](const std::string& wish) {
+            return std::count_if(devices.begin(), devices.end(), [&](const Device& d) {
+                return upper_case(d.name).find(upper_case(wish)) != std::string::npos;
+            });
+        };
+        for (const std::string& wish :
+             {device.name, upper_case(device.name), device.name.substr(1)})
+            if (same_name(wish) == 1) {
+                EXPECT_EQ(open_device(wish).index, device.index) << wish;
+            } else {
+                EXPECT_THROW(open_device(wish), UsageError) << wish;
+            }
+    }
+}
+
+TEST(OpenDevice, names_the_devices_where_none_matches) {
+    for (const std::string wish : {"no such device", "99", "-1", "0x", " "}) {
+        // A blank may well be a part of one's name.
+        if (wish == " " && list_devices()[0].name.find(' ') != std::string::npos)
+            continue;
+        try {
+            open_device(wish);
+            ADD_FAILURE() << "accepted '" << wish << "'";
+        } catch (const UsageError& error) {
+            EXPECT_NE(std::string(error.what()).find(list_devices()[0].name), std::string::npos)
+                << error.what();
+        }
+    }
+}
+
+TEST(Forms, are_what_the_kernels_expect) {
+    const auto power_of_2 = [](int n) { return n > 0 && (n & (n - 1)) == 0; };
+    for (const Device& device : list_devices()) {
+        EXPECT_TRUE(power_of_2(device.form.vector_width) && device.form.vector_width <= 16);
+        EXPECT_TRUE(power_of_2(device.form.local_size));
+        EXPECT_LE(static_cast<std::size_t>(device.form.local_size), device.max_group);
+        EXPECT_EQ(device.form.block % (device.form.vector_width * device.form.local_size), 0);
+    }
+}
+
+class Program : public testing::Test {
+  protected:
+    Program() {
+        write_file(folder / "m.json", material);
+        write_file(folder / "d.csv", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0,0,1\n");
+    }
+    Outcome eval(const std::vector<std::string>& options,
+                 const std::vector<std::string>& environment = {}) const {
+        std::vector<std::string> arguments{"eval", folder / "m.json", folder / "d.csv", "-o",
+                                           folder / "v.csv"};
+        arguments.insert(arguments.end(), options.begin(), options.end());
+        return run_program(arguments, environment);
+    }
+    TemporaryFolder folder;
+};
+
+TEST_F(Program, takes_the_device_by_index_and_by_a_part_of_its_name) {
+    const Device& device = test::device();
+    EXPECT_EQ(eval({"--device", std::to_string(device.index)}).status, 0);
+    EXPECT_EQ(run_program({"--device", std::to_string(device.index), "devices"}).status, 0);
+    const bool only_one = list_devices().size() == 1;
+    EXPECT_EQ(eval({"--device", upper_case(device.name.substr(0, 5))}).status, only_one ? 0 : 2);
+}
+
+TEST_F(Program, ends_with_2_where_no_device_matches) {
+    const Outcome outcome = eval({"--device", "no such device"});
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_NE(outcome.err.find(test::device().name), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "v.csv"));
+}
+
+TEST_F(Program, without_any_device_says_in_a_sentence_what_to_install) {
+    const TemporaryFolder empty;
+    const std::vector<std::string> environment{"OCL_ICD_VENDORS=" + empty.path().string()};
+    const std::string merl = folder / "m.csv";
+    for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+             {"devices"},
+             {"devices", "--json"},
+             {"eval", folder / "m.json", folder / "d.csv", "-o", folder / "v.csv"},
+             {"eval", folder / "m.json", folder / "d.csv", "-o", folder / "v.csv", "--device", "0"},
+             {"synth", folder / "m.json", folder / "v.csv"},
+             {"fit", folder / "d.csv", "-m", "ward", "-o", folder / "out"}}) {
+        const Outcome outcome = run_program(arguments, environment);
+        EXPECT_EQ(outcome.status, 1) << arguments[0];
+        EXPECT_EQ(outcome.out, "") << arguments[0];
+        EXPECT_NE(outcome.err.find("pocl-opencl-icd"), std::string::npos) << outcome.err;
+        EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "v.csv"));
+    // What needs no device works.
+    EXPECT_EQ(run_program({"models"}, environment).status, 0);
+    EXPECT_EQ(run_program({"--version"}, environment).status, 0);
+}
+
+/// A copy of the built-in kernels in a folder, with `replacement` in place of `text` in one file.
+void write_kernels(const TemporaryFolder& folder, const std::string& file = "",
+                   const std::string& text = "", const std::string& replacement = "") {
+    std::filesystem::create_directory(folder.path() / "models");
+    for (const EmbeddedFile* kernel = embedded_kernels; kernel->name != nullptr; ++kernel) {
+        std::string source = kernel->text;
+        if (kernel->name == file) {
+            const std::size_t at = source.find(text);
+            ASSERT_NE(at, std::string::npos) << file << " has no " << text;
+            source.replace(at, text.size(), replacement);
+        }
+        write_file(folder / kernel->name, source);
+    }
+}
+
+TEST_F(Program, takes_kernels_from_the_folder_named_while_developing) {
+    const TemporaryFolder kernels;
+    write_kernels(kernels);
+    EXPECT_EQ(eval({}, {"BRDFIT_KERNELS=" + kernels.path().string()}).status, 0);
+    std::filesystem::remove(kernels / "models/ward.cl");
+    const Outcome outcome = eval({}, {"BRDFIT_KERNELS=" + kernels.path().string()});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("models/ward.cl"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Program, names_file_and_line_of_a_kernel_that_does_not_build) {
+    for (const std::string file : {"models/ward.cl", "geometry.cl", "fit.cl"}) {
+        const TemporaryFolder kernels;
+        std::string source;
+        for (const EmbeddedFile* kernel = embedded_kernels; kernel->name != nullptr; ++kernel)
+            if (kernel->name == file)
+                source = kernel->text;
+        // An error on a line of its own after the first statement.
+        const std::size_t at = source.find(";\n") + 2;
+        const auto line =
+            1 + std::count(source.begin(), source.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+        std::string broken = source;
+        broken.insert(at, "no_such_type x = 1;\n");
+        write_kernels(kernels, file, source, broken);
+        const Outcome outcome = eval({}, {"BRDFIT_KERNELS=" + kernels.path().string()});
+        EXPECT_EQ(outcome.status, 1) << file;
+        EXPECT_NE(outcome.err.find(fmt::format("kernels/{}:{}:", file, line)), std::string::npos)
+            << file << " line " << line << ": " << outcome.err;
+        EXPECT_NE(outcome.err.find(test::device().name), std::string::npos) << outcome.err;
+        EXPECT_FALSE(std::filesystem::exists(folder / "v.csv"));
+    }
+}
+
+TEST_F(Program, a_fit_says_so_too_when_kernels_do_not_build) {
+    ASSERT_EQ(run_program({"synth", folder / "m.json", folder / "data.csv", "--directions", "100"})
+                  .status,
+              0);
+    const TemporaryFolder kernels;
+    write_kernels(kernels, "gram.cl", "__kernel", "no_such_word __kernel");
+    const Outcome outcome =
+        run_program({"fit", folder / "data.csv", "-m", "ward", "-o", folder / "out"},
+                    {"BRDFIT_KERNELS=" + kernels.path().string()});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("kernels/gram.cl:"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
+}
+
+} // namespace
+
+} // namespace brdfit
