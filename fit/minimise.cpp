@@ -31,10 +31,36 @@ struct Search {
     std::vector<double> x, gradient;
 };
 
+// Whether this NLopt was built with the algorithm: without, it refuses to run.
+bool is_built_in(nlopt_algorithm algorithm) {
+    const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> optimiser(nlopt_create(algorithm, 2),
+                                                                      nlopt_destroy);
+    if (!optimiser)
+        return false;
+    const auto square = [](unsigned, const double* x, double* gradient, void*) {
+        if (gradient != nullptr) {
+            gradient[0] = 2 * x[0];
+            gradient[1] = 2 * x[1];
+        }
+        return x[0] * x[0] + x[1] * x[1];
+    };
+    double x[2] = {0.5, 0.25}, value = 0;
+    nlopt_set_min_objective(optimiser.get(), square, nullptr);
+    nlopt_set_lower_bounds1(optimiser.get(), -1);
+    nlopt_set_upper_bounds1(optimiser.get(), 1);
+    nlopt_set_maxeval(optimiser.get(), 1);
+    return nlopt_optimize(optimiser.get(), x, &value) != NLOPT_INVALID_ARGS;
+}
+
 double evaluate_for_nlopt(unsigned n, const double* x, double* gradient, void* data) {
     Search& search = *static_cast<Search*>(data);
     constexpr double very_bad = 1e10; // finite: see minimise.hpp
     double value = very_bad;
+    if (search.failure) { // some algorithms go on after nlopt_force_stop
+        if (gradient != nullptr)
+            std::fill(gradient, gradient + n, 0.0);
+        return very_bad;
+    }
     try {
         search.x.assign(x, x + n);
         value = search.function(search.x, gradient != nullptr ? &search.gradient : nullptr);
@@ -73,6 +99,8 @@ std::string algorithm_named(const std::string& name) {
         if (full.find("MLSL") != std::string::npos || full.find("AUGLAG") != std::string::npos)
             continue;
         const std::string shorter = full.substr(full.find('_') + 1);
+        if (!is_built_in(static_cast<nlopt_algorithm>(i)))
+            continue;
         if (wanted == full || wanted == shorter)
             return full;
         known += (known.empty() ? "" : ", ") + shorter;

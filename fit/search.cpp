@@ -12,7 +12,7 @@ namespace brdfit {
 namespace {
 
 // Grid points an axis. Two roughnesses share what one has to itself.
-constexpr int roughness_points = 24, paired_roughness_points = 11;
+constexpr int roughness_points = 24, paired_roughness_points = 13;
 constexpr int linear_points = 5, paired_linear_points = 3;
 // Combinations that get one more lobe, and that have their f0 refined.
 constexpr std::size_t beam = 24;
