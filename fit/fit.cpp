@@ -18,10 +18,6 @@ constexpr std::size_t single_lobe_starts = 6, several_lobe_starts = 16;
 constexpr std::size_t single_lobe_finalists = 2, several_lobe_finalists = 3;
 // A random start beats the search where its error is below by more than this share.
 constexpr double better_share = 1e-3;
-// Rounds of the polish of metrics that are not quadratic, and what a round has to gain to be
-// followed.
-constexpr int most_rounds = 6;
-constexpr double round_gain = 1e-4;
 
 double seconds_since(std::chrono::steady_clock::time_point started) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
@@ -178,99 +174,33 @@ MinimiseOptions FileFitter::full_polish() const {
     return options;
 }
 
-// Where the metric is quadratic NLopt sees theta alone; otherwise theta and all of kd and ks, which
-// start from the quadratic solution.
+// NLopt sees theta alone: kd and ks are solved for each theta, where the metric is not quadratic
+// from those of the last theta.
 FileFitter::Solution FileFitter::polish(Objective& objective, const Space& space,
                                         const Solution& start,
                                         const MinimiseOptions& options) const {
-    if (quadratic(options_.metric)) {
-        std::vector<double> by_theta;
-        const Function error = [&](const std::vector<double>& at, std::vector<double>* gradient) {
-            const std::vector<double> t = space.to_theta(at);
-            const double value =
-                objective.projected_error(t, gradient != nullptr ? &by_theta : nullptr);
-            if (gradient != nullptr)
-                *gradient = space.gradient_by_x(t, by_theta);
-            return value;
-        };
-        const Minimum minimum =
-            minimise(error, space.to_x(start.theta), space.lower(), space.upper(), options);
-        Solution solution{space.to_theta(minimum.x), {}, 0};
-        solution.squared_error = objective.projected_error(solution.theta);
-        solution.a = objective.coefficients();
-        return solution;
-    }
-
-    Solution solution = start;
-    if (solution.a.size() == 0) {
-        objective.projected_error(start.theta);
-        solution.a = objective.coefficients();
-    }
-    solution.squared_error = std::numeric_limits<double>::infinity();
-    // For cbrt in turns in the cubic roots of the coefficients, in which the residual is nearly
-    // linear but which have no slope at 0, and in the coefficients themselves. A line search that
-    // ends in float32's noise goes on with a fresh Hessian.
-    for (int round = 0; round < most_rounds; ++round) {
-        const double before = solution.squared_error;
-        for (const bool cubic : {true, false}) {
-            if (cubic && options_.metric != Metric::Cbrt)
-                continue;
-            Solution next = polish_loss(objective, space, solution, cubic, options);
-            if (next.squared_error < solution.squared_error)
-                solution = std::move(next);
-        }
-        if (!(solution.squared_error < before * (1 - round_gain)))
-            break;
-    }
-    return solution;
-}
-
-FileFitter::Solution FileFitter::polish_loss(Objective& objective, const Space& space,
-                                             const Solution& start, bool cubic,
-                                             const MinimiseOptions& options) const {
-    std::vector<double> x = space.to_x(start.theta), lower = space.lower(), upper = space.upper();
-    const Eigen::Index channels = start.a.rows(), basis = start.a.cols();
-    // Coefficients are seen as shares of the largest of their kind.
-    const double largest = std::max(start.a.maxCoeff(), 1e-6);
-    Eigen::VectorXd scale(basis);
-    for (Eigen::Index j = 0; j < basis; ++j)
-        scale[j] = std::max(start.a.col(j).maxCoeff(), 1e-3 * largest);
-    const auto free = static_cast<Eigen::Index>(x.size());
-    for (Eigen::Index i = 0; i < start.a.size(); ++i) {
-        const double share = start.a.data()[i] / scale[i % basis];
-        x.push_back(cubic ? std::max(std::cbrt(share), 0.1) : share);
-        lower.push_back(0);
-        upper.push_back(cubic ? 1e2 : 1e6);
-    }
-    const auto theta_at = [&](const std::vector<double>& at) {
-        return space.to_theta({at.begin(), at.begin() + free});
-    };
-    const auto coefficients_at = [&](const std::vector<double>& at) {
-        Coefficients a(channels, basis);
-        for (Eigen::Index i = 0; i < a.size(); ++i) {
-            const double share = at[static_cast<std::size_t>(free + i)];
-            a.data()[i] = (cubic ? share * share * share : share) * scale[i % basis];
-        }
-        return a;
-    };
+    const Metric metric = options_.metric;
+    Solution best{start.theta, start.a, std::numeric_limits<double>::infinity()};
+    Coefficients a = start.a;
     std::vector<double> by_theta;
-    Coefficients by_coefficients;
     const Function error = [&](const std::vector<double>& at, std::vector<double>* gradient) {
-        const std::vector<double> t = theta_at(at);
-        const double value =
-            objective.loss(options_.metric, t, coefficients_at(at), by_theta, by_coefficients);
-        if (gradient != nullptr) {
+        const std::vector<double> t = space.to_theta(at);
+        std::vector<double>* const wanted = gradient != nullptr ? &by_theta : nullptr;
+        const double value = quadratic(metric) ? objective.projected_error(t, wanted)
+                                               : objective.projected_loss(metric, t, a, wanted);
+        if (gradient != nullptr)
             *gradient = space.gradient_by_x(t, by_theta);
-            for (Eigen::Index i = 0; i < by_coefficients.size(); ++i) {
-                const double share = at[static_cast<std::size_t>(free + i)];
-                gradient->push_back(by_coefficients.data()[i] * scale[i % basis] *
-                                    (cubic ? 3 * share * share : 1));
-            }
-        }
+        if (value < best.squared_error)
+            best = {t, quadratic(metric) ? objective.coefficients() : a, value};
         return value;
     };
-    const Minimum minimum = minimise(error, x, lower, upper, options);
-    return {theta_at(minimum.x), coefficients_at(minimum.x), minimum.value};
+    minimise(error, space.to_x(start.theta), space.lower(), space.upper(), options);
+    if (quadratic(metric) && std::isfinite(best.squared_error)) {
+        // Without a gradient, from sums in which nothing cancels.
+        best.squared_error = objective.projected_error(best.theta);
+        best.a = objective.coefficients();
+    }
+    return best;
 }
 
 std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structure,
@@ -299,6 +229,8 @@ std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structur
     std::vector<Metric> weights{options_.metric};
     if (!quadratic(options_.metric))
         weights.push_back(Metric::Ngan);
+    const std::size_t count =
+        structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts;
     std::vector<StartingPoint> starts;
     for (const Metric metric : weights) {
         std::vector<Objective*> single;
@@ -306,8 +238,7 @@ std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structur
             single.push_back(&thinned_objective(
                 Structure{structure.diffuse, {lobe}, structure.isotropic}, metric));
         const std::vector<StartingPoint> found =
-            search_shapes(device_, programs_.gram(), single, space, partial,
-                          structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts);
+            search_shapes(device_, programs_.gram(), single, space, partial, count);
         starts.insert(starts.end(), found.begin(), found.end());
     }
     return starts;
@@ -317,15 +248,18 @@ std::vector<FileFitter::Solution>
 FileFitter::polished_thinned(const Structure& structure, const Space& space,
                              const std::vector<StartingPoint>& starts) {
     Objective& objective = thinned_objective(structure, options_.metric);
+    const auto by_error = [](const Solution& a, const Solution& b) {
+        return a.squared_error < b.squared_error;
+    };
+    std::vector<Solution> solutions;
+    for (const StartingPoint& start : starts)
+        solutions.push_back({space.clamped(start.theta), {}, start.squared_error});
     MinimiseOptions options;
     options.max_evaluations = 100;
     options.relative_tolerance = 1e-6;
-    std::vector<Solution> solutions;
-    for (const StartingPoint& start : starts)
-        solutions.push_back(polish(objective, space, {space.clamped(start.theta), {}, 0}, options));
-    std::stable_sort(solutions.begin(), solutions.end(), [](const Solution& a, const Solution& b) {
-        return a.squared_error < b.squared_error;
-    });
+    for (Solution& solution : solutions)
+        solution = polish(objective, space, solution, options);
+    std::stable_sort(solutions.begin(), solutions.end(), by_error);
     return solutions;
 }
 

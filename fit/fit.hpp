@@ -63,7 +63,7 @@ class FileFitter {
     FitResult fit(const Structure& structure);
 
   private:
-    // A point in the space of all unknowns. `a` is solved for theta where the metric is quadratic.
+    // theta with kd and ks solved for it; `a` may be empty in a start.
     struct Solution {
         std::vector<double> theta;
         Coefficients a;
@@ -81,12 +81,9 @@ class FileFitter {
     std::vector<StartingPoint> searched_starts(const Structure& structure, const Space& space);
     std::vector<Solution> polished_thinned(const Structure& structure, const Space& space,
                                            const std::vector<StartingPoint>& starts);
-    // From start.theta, and where the metric is not quadratic start.a, or without it a solved one.
+    // From start.theta and, where the metric is not quadratic, from start.a if there is one.
     Solution polish(Objective& objective, const Space& space, const Solution& start,
                     const MinimiseOptions& options) const;
-    // The polish of theta, kd and ks together, for metrics that are not quadratic.
-    Solution polish_loss(Objective& objective, const Space& space, const Solution& start,
-                         bool cubic, const MinimiseOptions& options) const;
     MinimiseOptions full_polish() const;
     std::vector<double> start_theta(const Structure& structure, const Space& space) const;
 

@@ -2,6 +2,7 @@
 
 #include "host/device/buffer.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -16,6 +17,14 @@ namespace {
 constexpr std::size_t most_fused_sums = 40;
 // Where the reference explains this much less than the solution, the sums cancel: ask once more.
 constexpr double stale_reference = 30;
+// LOSS_CHUNK of kernels/fit.cl.
+constexpr int largest_loss_chunk = 4;
+// Passes that solve kd and ks of a loss that is not quadratic, the first ones from nothing with
+// secant curvatures. They end when a step would gain less than this share of the loss.
+constexpr int most_loss_passes = 30, cold_secant_passes = 4;
+constexpr double loss_gain = 1e-8, channel_gain = 1e-10;
+// Damping of Newton's step, as a share of the diagonal, after a first step that failed.
+constexpr double first_damping = 0.1, least_damping = 0.01;
 
 std::size_t triangle(int n) {
     return static_cast<std::size_t>(n) * (static_cast<std::size_t>(n) + 1) / 2;
@@ -98,12 +107,12 @@ void Objective::upload_parameters(const std::vector<double>& theta, const Coeffi
 }
 
 Objective::Reduced Objective::run(const char* name, const std::vector<double>& theta,
-                                  const Coefficients& a, std::size_t sums, bool chunked,
-                                  bool raw_weights) {
+                                  const Coefficients& a, std::size_t sums, int chunk_count,
+                                  bool raw_weights, std::optional<bool> secant) {
     const auto started = std::chrono::steady_clock::now();
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
-    const std::size_t chunks = chunked ? static_cast<std::size_t>(samples_.chunks) : 1;
+    const auto chunks = static_cast<std::size_t>(chunk_count);
     const std::size_t outputs = samples_.groups * chunks * sums;
     if (outputs > out_size_) {
         out_ = make_buffer(device_, outputs * sizeof(float), CL_MEM_WRITE_ONLY);
@@ -114,7 +123,7 @@ Objective::Reduced Objective::run(const char* name, const std::vector<double>& t
     cl::Kernel& k = kernel(name, &fresh);
     cl_uint argument = 0;
     k.setArg(argument++, planes_);
-    k.setArg(argument++, samples_.values);
+    k.setArg(argument++, secant ? compressed_ : samples_.values);
     if (raw_weights) {
         k.setArg(argument++, samples_.solid_angle);
         k.setArg(argument++, samples_.iz);
@@ -125,6 +134,8 @@ Objective::Reduced Objective::run(const char* name, const std::vector<double>& t
     k.setArg(argument++, theta_);
     k.setArg(argument++, coefficient_buffer_);
     k.setArg(argument++, out_);
+    if (secant) // a loss pass
+        k.setArg(argument++, static_cast<cl_int>(*secant));
     device_.queue.enqueueNDRangeKernel(
         k, cl::NullRange, cl::NDRange(samples_.groups * local, chunks), cl::NDRange(local, 1));
     staged_out_.resize(outputs);
@@ -188,13 +199,13 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
     const char* const pass = fused ? "gradient_sums" : "basis_sums";
     const std::size_t count = fused ? gradient_sums : basis_sums;
 
-    Reduced reduced = run(pass, theta, reference_, count, true, false);
+    Reduced reduced = run(pass, theta, reference_, count, samples_.chunks, false);
     double error = solve(reduced.sums, coefficients_);
     const double about_reference =
         reduced.sums.row(static_cast<Eigen::Index>(basis_sums) - 1).sum();
     if (std::isfinite(error) && about_reference > stale_reference * std::max(error, 0.0)) {
         reference_ = coefficients_;
-        reduced = run(pass, theta, reference_, count, true, false);
+        reduced = run(pass, theta, reference_, count, samples_.chunks, false);
         error = solve(reduced.sums, coefficients_);
     }
     if (!std::isfinite(error)) {
@@ -221,7 +232,7 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
             }
         } else if (!entries.empty()) {
             const Reduced pulled =
-                run("residual_gradient", theta, coefficients_, 1 + entries.size(), false, false);
+                run("residual_gradient", theta, coefficients_, 1 + entries.size(), 1, false);
             error = pulled.sums(0, 0);
             for (std::size_t e = 0; e < entries.size(); ++e)
                 (*gradient)[static_cast<std::size_t>(entries[e].parameter)] +=
@@ -235,30 +246,141 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
     return error;
 }
 
+// Fills compressed_ for the metric.
+void Objective::compress(Metric metric) {
+    if (compressed_for_ == metric)
+        return;
+    const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    const auto local = static_cast<std::size_t>(device_.form.local_size);
+    if (!compressed_for_)
+        compressed_ = make_buffer(device_, static_cast<std::size_t>(samples_.channels) *
+                                               samples_.stride * sizeof(float));
+    cl::Kernel& k = kernel(metric == Metric::Log ? "log_compress" : "cbrt_compress");
+    k.setArg(0, samples_.values);
+    k.setArg(1, samples_.iz);
+    k.setArg(2, static_cast<cl_uint>(samples_.stride / width));
+    k.setArg(3, compressed_);
+    device_.queue.enqueueNDRangeKernel(
+        k, cl::NullRange, cl::NDRange(padded(samples_.stride / width, local)), cl::NDRange(local));
+    compressed_for_ = metric;
+}
+
+Objective::LossSums Objective::loss_sums(Metric metric, const std::vector<double>& theta,
+                                         const Coefficients& a, bool secant) {
+    const int basis = layout().basis;
+    const std::vector<DerivativeEntry>& entries = layout().entries;
+    const int chunk = std::min(samples_.chunk, largest_loss_chunk);
+    compress(metric);
+    const std::size_t channel_sums = 1 + static_cast<std::size_t>(basis) + triangle(basis);
+    const Reduced reduced = run(metric == Metric::Log ? "log_loss" : "cbrt_loss", theta, a,
+                                entries.size() + static_cast<std::size_t>(chunk) * channel_sums,
+                                (samples_.channels + chunk - 1) / chunk, true, secant);
+    LossSums result;
+    result.by_theta.assign(theta.size(), 0);
+    for (std::size_t e = 0; e < entries.size(); ++e)
+        result.by_theta[static_cast<std::size_t>(entries[e].parameter)] +=
+            2 * reduced.sums.row(static_cast<Eigen::Index>(e)).sum();
+    for (int ch = 0; ch < samples_.channels; ++ch) {
+        const auto column = reduced.sums.col(ch / chunk);
+        auto k = static_cast<Eigen::Index>(entries.size() +
+                                           static_cast<std::size_t>(ch % chunk) * channel_sums);
+        ChannelLoss channel{column(k++), SmallVector(basis), SmallMatrix(basis, basis)};
+        for (int j = 0; j < basis; ++j)
+            channel.pull[j] = -column(k++);
+        for (int j = 0; j < basis; ++j)
+            for (int l = 0; l <= j; ++l)
+                channel.curve(j, l) = channel.curve(l, j) = column(k++);
+        result.channels.push_back(channel);
+    }
+    return result;
+}
+
 double Objective::loss(Metric metric, const std::vector<double>& theta, const Coefficients& a,
                        std::vector<double>& by_theta, Coefficients& by_coefficients) {
     ++evaluations_;
-    const int basis = layout().basis;
-    const std::vector<DerivativeEntry>& entries = layout().entries;
-    const std::size_t count = 1 + entries.size() + static_cast<std::size_t>(samples_.chunk * basis);
-    const Reduced reduced =
-        run(metric == Metric::Log ? "log_loss" : "cbrt_loss", theta, a, count, true, true);
-    by_theta.assign(theta.size(), 0);
-    for (std::size_t e = 0; e < entries.size(); ++e)
-        by_theta[static_cast<std::size_t>(entries[e].parameter)] +=
-            2 * reduced.sums.row(static_cast<Eigen::Index>(1 + e)).sum();
-    by_coefficients.resize(samples_.channels, basis);
-    for (int ch = 0; ch < samples_.channels; ++ch)
-        for (int j = 0; j < basis; ++j)
-            by_coefficients(ch, j) =
-                2 * reduced.sums(static_cast<Eigen::Index>(1 + entries.size()) +
-                                     (ch % samples_.chunk) * basis + j,
-                                 ch / samples_.chunk);
-    return reduced.sums.row(0).sum();
+    LossSums sums = loss_sums(metric, theta, a, false);
+    by_theta = std::move(sums.by_theta);
+    by_coefficients.resize(samples_.channels, layout().basis);
+    double loss = 0;
+    for (int ch = 0; ch < samples_.channels; ++ch) {
+        const ChannelLoss& channel = sums.channels[static_cast<std::size_t>(ch)];
+        loss += channel.loss;
+        by_coefficients.row(ch) = -2 * channel.pull.transpose();
+    }
+    return loss;
+}
+
+// Each channel by its own damped Newton steps in its few non-negative unknowns; a pass over the
+// samples tries a step of every channel.
+double Objective::projected_loss(Metric metric, const std::vector<double>& theta, Coefficients& a,
+                                 std::vector<double>* gradient) {
+    ++evaluations_;
+    const auto channels = static_cast<std::size_t>(samples_.channels);
+    const bool cold = a.size() == 0;
+    if (cold) {
+        projected_error(theta);
+        --evaluations_;
+        a = coefficients_;
+    }
+    const auto total = [](const std::vector<ChannelLoss>& of) {
+        double sum = 0;
+        for (const ChannelLoss& channel : of)
+            sum += channel.loss;
+        return sum;
+    };
+    int secant_passes = cold ? cold_secant_passes : 0;
+    LossSums sums = loss_sums(metric, theta, a, secant_passes > 0);
+    std::vector<ChannelLoss> best = sums.channels;
+    double error = total(best);
+    std::vector<double> damping(channels, 0);
+    bool by_theta_of_best = true;
+    for (int pass = 0; pass < most_loss_passes && std::isfinite(error); ++pass) {
+        Coefficients tried = a;
+        double gain = 0;
+        for (std::size_t ch = 0; ch < channels; ++ch) {
+            const auto row = static_cast<Eigen::Index>(ch);
+            SmallMatrix curve = best[ch].curve;
+            curve.diagonal() *= 1 + damping[ch];
+            const NonNegativeSolution step =
+                solve_nonnegative(curve, best[ch].pull, 0, a.row(row).transpose());
+            if (!(step.squared_error < -channel_gain * best[ch].loss))
+                continue;
+            gain -= step.squared_error;
+            tried.row(row) = step.a.transpose();
+        }
+        if (!(gain > loss_gain * error))
+            break;
+        sums = loss_sums(metric, theta, tried, --secant_passes > 0);
+        by_theta_of_best = true;
+        for (std::size_t ch = 0; ch < channels; ++ch) {
+            const auto row = static_cast<Eigen::Index>(ch);
+            if (sums.channels[ch].loss <= best[ch].loss) {
+                best[ch] = sums.channels[ch];
+                a.row(row) = tried.row(row);
+                damping[ch] = damping[ch] < least_damping ? 0 : 0.1 * damping[ch];
+            } else {
+                by_theta_of_best = false;
+                damping[ch] = std::max(10 * damping[ch], first_damping);
+            }
+        }
+        error = total(best);
+    }
+    if (!std::isfinite(error)) {
+        a.resize(0, 0);
+        if (gradient != nullptr)
+            gradient->assign(theta.size(), 0);
+        return error;
+    }
+    if (gradient != nullptr) {
+        if (!by_theta_of_best)
+            sums = loss_sums(metric, theta, a, false);
+        *gradient = sums.by_theta;
+    }
+    return error;
 }
 
 MetricErrors Objective::metric_errors(const std::vector<double>& theta, const Coefficients& a) {
-    const Reduced reduced = run("metric_sums", theta, a, metric_count, false, true);
+    const Reduced reduced = run("metric_sums", theta, a, metric_count, 1, true);
     MetricErrors errors;
     for (int i = 0; i < metric_count; ++i)
         errors[static_cast<std::size_t>(i)] = std::sqrt(reduced.sums(i, 0));
@@ -273,7 +395,7 @@ NormalSums Objective::normal_sums(const std::vector<double>& theta, const Coeffi
     const auto gradient_sums = basis_sums + entries * (basis + chunk);
     const Reduced reduced =
         run("normal_sums", theta, a, static_cast<std::size_t>(gradient_sums) + triangle(entries),
-            true, false);
+            samples_.chunks, false);
     NormalSums normal;
     normal.basis.resize(basis, basis);
     for (int j = 0, k = 0; j < basis; ++j)

@@ -82,6 +82,12 @@ class Objective {
     /// the derivatives.
     double loss(Metric metric, const std::vector<double>& theta, const Coefficients& a,
                 std::vector<double>& by_theta, Coefficients& by_coefficients);
+    /// Squared error of metric `log` or `cbrt` at theta with the best non-negative kd and ks near
+    /// `a`, which receives them; where it comes in empty, near those that projected_error solves.
+    /// `gradient`, where given, receives the derivatives by theta. May be non-finite where the
+    /// model overflows.
+    double projected_loss(Metric metric, const std::vector<double>& theta, Coefficients& a,
+                          std::vector<double>* gradient = nullptr);
 
     /// All errors at theta, a, from the residuals themselves.
     MetricErrors metric_errors(const std::vector<double>& theta, const Coefficients& a);
@@ -95,7 +101,7 @@ class Objective {
     void write_shape_rows(const cl::Buffer& rows, std::size_t first,
                           const std::vector<std::vector<double>>& candidates);
 
-    /// Calls of projected_error and loss so far.
+    /// Calls of projected_error, projected_loss and loss so far.
     std::size_t evaluations() const { return evaluations_; }
     /// Passes over the samples that were timed (not the first of each kernel), and their seconds.
     std::size_t timed_passes() const { return timed_passes_; }
@@ -105,9 +111,22 @@ class Objective {
     struct Reduced {
         Eigen::ArrayXXd sums; ///< [sum][chunk]
     };
+    // What a loss pass sums for one channel, and the loss and derivatives by theta of all.
+    struct ChannelLoss {
+        double loss = 0;
+        SmallVector pull;  ///< minus half the gradient by a
+        SmallMatrix curve; ///< half the Hessian by a, made positive
+    };
+    struct LossSums {
+        std::vector<ChannelLoss> channels;
+        std::vector<double> by_theta;
+    };
     cl::Kernel& kernel(const char* name, bool* fresh = nullptr);
     Reduced run(const char* name, const std::vector<double>& theta, const Coefficients& a,
-                std::size_t sums, bool chunked, bool raw_weights);
+                std::size_t sums, int chunks, bool raw_weights, std::optional<bool> secant = {});
+    void compress(Metric metric);
+    LossSums loss_sums(Metric metric, const std::vector<double>& theta, const Coefficients& a,
+                       bool secant);
     void upload_parameters(const std::vector<double>& theta, const Coefficients& a);
     double solve(const Eigen::ArrayXXd& sums, Coefficients& a) const;
 
@@ -116,6 +135,8 @@ class Objective {
     DeviceSamples samples_;
     cl::Buffer planes_, theta_, coefficient_buffer_, out_;
     std::size_t out_size_ = 0;
+    cl::Buffer compressed_; // phi(iz y) of a metric that is not quadratic: [channel][stride]
+    std::optional<Metric> compressed_for_;
     std::vector<std::pair<const char*, cl::Kernel>> kernels_;
     std::vector<float> staged_theta_, staged_coefficients_, staged_out_;
     Coefficients coefficients_, reference_;

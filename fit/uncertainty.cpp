@@ -1,5 +1,6 @@
 #include "fit/uncertainty.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -64,16 +65,22 @@ Eigen::MatrixXd half_hessian(Objective& objective, const Space& space, Metric me
         std::vector<double> t = theta;
         Coefficients c = a;
         double& moved = i < parameters ? t[static_cast<std::size_t>(i)] : c.data()[i - parameters];
-        double step = 1e-3 * std::max(std::abs(moved), i < parameters ? 1e-2 : 1e-2 * typical);
+        const double step =
+            1e-3 * std::max(std::abs(moved), i < parameters ? 1e-2 : 1e-2 * typical);
+        // Central differences, one-sided ones at the end of a range.
+        double ends[2] = {moved - step, moved + step};
         if (i < parameters) {
             const Parameter& p = space.dimensions()[static_cast<std::size_t>(i)].parameter;
-            if (moved + step > p.upper)
-                step = -step; // one-sided differences stay in range
+            for (double& end : ends)
+                end = std::clamp(end, p.lower, p.upper);
+        } else {
+            ends[0] = std::max(ends[0], 0.0);
         }
-        const double begin = moved;
+        if (!(ends[0] < ends[1]))
+            continue; // a fixed parameter
         Eigen::VectorXd gradient[2];
         for (int side = 0; side < 2; ++side) {
-            moved = begin + (side == 0 ? 0 : step);
+            moved = ends[side];
             objective.loss(metric, t, c, by_theta, by_a);
             gradient[side].resize(all);
             gradient[side].head(parameters) =
@@ -81,7 +88,7 @@ Eigen::MatrixXd half_hessian(Objective& objective, const Space& space, Metric me
             gradient[side].tail(a.size()) =
                 Eigen::Map<const Eigen::VectorXd>(by_a.data(), a.size());
         }
-        matrix.col(i) = (gradient[1] - gradient[0]) / (2 * step);
+        matrix.col(i) = (gradient[1] - gradient[0]) / (2 * (ends[1] - ends[0]));
     }
     return 0.5 * (matrix + matrix.transpose());
 }
