@@ -94,7 +94,7 @@ std::string algorithm_named(const std::string& name) {
     const std::string wanted = upper_case(name);
     std::string known;
     for (int i = 0; i < NLOPT_NUM_ALGORITHMS; ++i) {
-        const std::string full = nlopt_algorithm_to_string(static_cast<nlopt_algorithm>(i));
+        std::string full = nlopt_algorithm_to_string(static_cast<nlopt_algorithm>(i));
         // These need a second algorithm, and give up where that one meets round-off.
         if (full.find("MLSL") != std::string::npos || full.find("AUGLAG") != std::string::npos)
             continue;

@@ -26,6 +26,18 @@ static inline geometry above_horizon(geometry q, mask above)
 // A BRDF value: 0 below the horizon, finite above it.
 static inline real finite_above(real f, mask above) { return above ? fmin(f, (real)(FLT_MAX)) : (real)(0.0f); }
 
+// Basis values and derivative entries at pair i of the directions; whether it is above the horizon.
+static inline mask basis_at(__global const real* directions, uint count, uint i,
+                            __constant const float* theta, real* b, real* d)
+{
+    const geometry q = read_geometry(directions, count, i);
+    const mask above = q.wi_z > 0.0f && q.wo_z > 0.0f;
+    real plane[PLANES + 1];
+    material_prepare(above_horizon(q, above), plane);
+    material_basis(plane, theta, b, d);
+    return above;
+}
+
 // values[channel][i] = sum over j of coefficients[channel][j] b_j; `count` in units of V.
 __kernel void evaluate(__global const real* directions, uint count, __constant const float* theta,
                        __global const float* coefficients, int channels, __global real* values)
@@ -33,12 +45,8 @@ __kernel void evaluate(__global const real* directions, uint count, __constant c
     const uint i = get_global_id(0);
     if (i >= count)
         return;
-    geometry q = read_geometry(directions, count, i);
-    const mask above = q.wi_z > 0.0f && q.wo_z > 0.0f;
-    q = above_horizon(q, above);
-    real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
-    material_prepare(q, plane);
-    material_basis(plane, theta, b, d);
+    real b[BASIS], d[ENTRIES + 1];
+    const mask above = basis_at(directions, count, i, theta, b, d);
     for (int ch = 0; ch < channels; ++ch) {
         real f = 0.0f;
         for (int j = 0; j < BASIS; ++j)
@@ -55,12 +63,8 @@ __kernel void evaluate_basis(__global const real* directions, uint count,
     const uint i = get_global_id(0);
     if (i >= count)
         return;
-    geometry q = read_geometry(directions, count, i);
-    const mask above = q.wi_z > 0.0f && q.wo_z > 0.0f;
-    q = above_horizon(q, above);
-    real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
-    material_prepare(q, plane);
-    material_basis(plane, theta, b, d);
+    real b[BASIS], d[ENTRIES + 1];
+    const mask above = basis_at(directions, count, i, theta, b, d);
     for (int j = 0; j < BASIS; ++j)
         out[(ulong)j * count + i] = finite_above(b[j], above);
     for (int e = 0; e < ENTRIES; ++e)
