@@ -15,6 +15,11 @@ namespace {
 constexpr std::size_t thinned_count = 16384;
 // Starting points polished on the thinned samples, then on all.
 constexpr std::size_t single_lobe_starts = 6, several_lobe_starts = 16;
+// Where the metric is not quadratic the search's ranking is rough: as many random points are ranked
+// by the metric itself, the best of which are polished too.
+constexpr std::size_t single_lobe_draws = 64, several_lobe_draws = 192;
+constexpr std::uint64_t draw_seed = 0x6a7d; // not that of --starts
+constexpr std::size_t single_lobe_drawn = 4, several_lobe_drawn = 10;
 constexpr std::size_t single_lobe_finalists = 2, several_lobe_finalists = 3;
 // A random start beats the search where its error is below by more than this share.
 constexpr double better_share = 1e-3;
@@ -150,19 +155,14 @@ Structure structure_named(const std::string& names, int lobes, const std::string
 FileFitter::FileFitter(const Device& device, ProgramCache& programs, const Samples& samples,
                        const FitOptions& options)
     : device_(device), programs_(programs), samples_(samples), options_(options),
-      packed_(pack_samples(device, samples, options.max_theta, options.metric)) {}
+      packed_(pack_samples(device, samples, options.max_theta, options.metric)),
+      thinned_(thin_samples(device, samples, packed_, options.metric, thinned_count)) {}
 
-Objective& FileFitter::thinned_objective(const Structure& structure, Metric weights) {
-    auto thinned = thinned_.find(weights);
-    if (thinned == thinned_.end())
-        thinned =
-            thinned_
-                .emplace(weights, thin_samples(device_, samples_, packed_, weights, thinned_count))
-                .first;
-    std::unique_ptr<Objective>& objective = thinned_objectives_[{weights, structure.key()}];
+Objective& FileFitter::thinned_objective(const Structure& structure) {
+    std::unique_ptr<Objective>& objective = thinned_objectives_[structure.key()];
     if (!objective)
         objective = std::make_unique<Objective>(
-            device_, programs_.get(structure, packed_.channels, packed_.chunk), thinned->second);
+            device_, programs_.get(structure, packed_.channels, packed_.chunk), thinned_);
     return *objective;
 }
 
@@ -203,11 +203,8 @@ FileFitter::Solution FileFitter::polish(Objective& objective, const Space& space
     return best;
 }
 
-std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structure,
-                                                       const Space& space) {
-    if (structure.lobes.empty())
-        return {{{}, 0}};
-    std::vector<PartialFit> partial;
+std::vector<FileFitter::Smaller> FileFitter::smaller_than(const Structure& structure) const {
+    std::vector<Smaller> parts;
     const bool by_lobe = std::any_of(options_.ranges.begin(), options_.ranges.end(),
                                      [](const ParameterRange& range) { return range.lobe != 0; });
     for (std::size_t missing = structure.lobes.size();
@@ -220,47 +217,111 @@ std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structur
         const bool last = missing + 1 == structure.lobes.size();
         if (!last_of_model || (missing == 0 && coupled(structure)) || (by_lobe && !last))
             continue;
-        Structure smaller = structure;
-        smaller.lobes.erase(smaller.lobes.begin() + static_cast<std::ptrdiff_t>(missing));
-        partial.push_back({static_cast<int>(missing), fitted(smaller).solution.theta});
+        Smaller part{static_cast<int>(missing), structure};
+        part.structure.lobes.erase(part.structure.lobes.begin() +
+                                   static_cast<std::ptrdiff_t>(missing));
+        parts.push_back(std::move(part));
     }
-    // What is not quadratic is searched with the weights that resemble it near the data, which
-    // serve good fits, and with ngan's, which serve bad ones.
-    std::vector<Metric> weights{options_.metric};
-    if (!quadratic(options_.metric))
-        weights.push_back(Metric::Ngan);
-    const std::size_t count =
-        structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts;
-    std::vector<StartingPoint> starts;
-    for (const Metric metric : weights) {
-        std::vector<Objective*> single;
-        for (const Model* lobe : structure.lobes)
-            single.push_back(&thinned_objective(
-                Structure{structure.diffuse, {lobe}, structure.isotropic}, metric));
-        const std::vector<StartingPoint> found =
-            search_shapes(device_, programs_.gram(), single, space, partial, count);
-        starts.insert(starts.end(), found.begin(), found.end());
+    return parts;
+}
+
+// The solution of a smaller structure with a missing lobe of no strength.
+FileFitter::Solution FileFitter::extended(const Structure& structure, const Space& space,
+                                          const Smaller& part) {
+    const Solution& known = fitted(part.structure).solution;
+    const StructureLayout layout = layout_of(structure);
+    const auto missing = static_cast<std::size_t>(part.missing);
+    Solution solution{known.theta, Coefficients::Zero(known.a.rows(), known.a.cols() + 1), 0};
+    std::vector<double> added;
+    for (int p = layout.lobe_begin[missing]; p < layout.lobe_begin[missing + 1]; ++p)
+        added.push_back(space.dimensions()[static_cast<std::size_t>(p)].parameter.start);
+    solution.theta.insert(solution.theta.begin() + layout.lobe_begin[missing], added.begin(),
+                          added.end());
+    for (Eigen::Index j = 0; j < known.a.cols(); ++j)
+        solution.a.col(j <= part.missing ? j : j + 1) = known.a.col(j);
+    return solution;
+}
+
+std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structure,
+                                                       const Space& space) {
+    if (structure.lobes.empty())
+        return {{{}, 0}};
+    std::vector<PartialFit> partial;
+    for (const Smaller& part : smaller_than(structure))
+        partial.push_back({part.missing, fitted(part.structure).solution.theta});
+    std::vector<Objective*> single;
+    for (const Model* lobe : structure.lobes)
+        single.push_back(
+            &thinned_objective(Structure{structure.diffuse, {lobe}, structure.isotropic}));
+    return search_shapes(device_, programs_.gram(), single, space, partial,
+                         structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts);
+}
+
+// The best of random points by a metric that is not quadratic. The search's quadratic weights know
+// nothing of fits far from the data.
+std::vector<FileFitter::Solution> FileFitter::drawn_starts(Objective& objective,
+                                                           const Space& space) const {
+    const bool several = objective.structure().lobes.size() > 1;
+    std::vector<Solution> drawn;
+    for (std::size_t i = 0; i < (several ? several_lobe_draws : single_lobe_draws); ++i) {
+        Solution draw{space.random(draw_seed, i), {}, 0};
+        // A Fresnel term changes most near its lowest f0: half of the lobes have that.
+        std::size_t half = i;
+        for (std::size_t p = 0; p < draw.theta.size(); ++p) {
+            const Parameter& parameter = space.dimensions()[p].parameter;
+            if (parameter.name != "f0")
+                continue;
+            if (half % 2 == 0)
+                draw.theta[p] = parameter.lower;
+            half /= 2;
+        }
+        draw.squared_error = objective.projected_loss(options_.metric, draw.theta, draw.a);
+        if (std::isfinite(draw.squared_error))
+            drawn.push_back(std::move(draw));
     }
-    return starts;
+    std::stable_sort(drawn.begin(), drawn.end(), better);
+    drawn.resize(std::min(drawn.size(), several ? several_lobe_drawn : single_lobe_drawn));
+    return drawn;
 }
 
 std::vector<FileFitter::Solution>
 FileFitter::polished_thinned(const Structure& structure, const Space& space,
                              const std::vector<StartingPoint>& starts) {
-    Objective& objective = thinned_objective(structure, options_.metric);
-    const auto by_error = [](const Solution& a, const Solution& b) {
-        return a.squared_error < b.squared_error;
-    };
+    Objective& objective = thinned_objective(structure);
     std::vector<Solution> solutions;
     for (const StartingPoint& start : starts)
         solutions.push_back({space.clamped(start.theta), {}, start.squared_error});
+    if (!quadratic(options_.metric) && !structure.lobes.empty())
+        for (Solution& drawn : drawn_starts(objective, space))
+            solutions.push_back(std::move(drawn));
     MinimiseOptions options;
     options.max_evaluations = 100;
     options.relative_tolerance = 1e-6;
     for (Solution& solution : solutions)
         solution = polish(objective, space, solution, options);
-    std::stable_sort(solutions.begin(), solutions.end(), by_error);
+    std::stable_sort(solutions.begin(), solutions.end(), better);
     return solutions;
+}
+
+std::vector<FileFitter::Solution> FileFitter::distinct(const Space& space,
+                                                       const std::vector<Solution>& solutions,
+                                                       std::size_t count) {
+    std::vector<Solution> chosen;
+    for (const Solution& solution : solutions) {
+        if (chosen.size() == count)
+            break;
+        const std::vector<double> x = space.to_x(solution.theta);
+        const bool unlike = std::none_of(chosen.begin(), chosen.end(), [&](const Solution& other) {
+            const std::vector<double> y = space.to_x(other.theta);
+            double distance = 0;
+            for (std::size_t i = 0; i < x.size(); ++i)
+                distance = std::max(distance, std::abs(x[i] - y[i]));
+            return distance < 0.02;
+        });
+        if (unlike)
+            chosen.push_back(solution);
+    }
+    return chosen;
 }
 
 std::vector<double> FileFitter::start_theta(const Structure& structure, const Space& space) const {
@@ -304,23 +365,8 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
         const std::vector<Solution> solutions = polished_thinned(structure, space, starts);
         const std::size_t count =
             structure.lobes.size() <= 1 ? single_lobe_finalists : several_lobe_finalists;
-        for (const Solution& solution : solutions) {
-            if (finalists.size() == count)
-                break;
-            // Polishes that met in one optimum go on as one.
-            const std::vector<double> x = space.to_x(solution.theta);
-            const bool distinct =
-                std::none_of(finalists.begin(), finalists.end(), [&](const Solution& other) {
-                    const std::vector<double> y = space.to_x(other.theta);
-                    double distance = 0;
-                    for (std::size_t i = 0; i < x.size(); ++i)
-                        distance = std::max(distance, std::abs(x[i] - y[i]));
-                    return distance < 0.02;
-                });
-            if (distinct)
-                finalists.push_back(solution);
-        }
-        fit.thinned_evaluations = thinned_objective(structure, options_.metric).evaluations();
+        finalists = distinct(space, solutions, count);
+        fit.thinned_evaluations = thinned_objective(structure).evaluations();
     }
     fit.search_seconds = seconds_since(started);
     started = std::chrono::steady_clock::now();
@@ -329,9 +375,19 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     fit.solution.squared_error = std::numeric_limits<double>::infinity();
     for (const Solution& finalist : finalists) {
         Solution solution = polish(*fit.objective, space, finalist, full_polish());
-        if (solution.squared_error < fit.solution.squared_error)
+        if (better(solution, fit.solution))
             fit.solution = std::move(solution);
     }
+    // Never worse than what it extends.
+    if (!options_.start)
+        for (const Smaller& part : smaller_than(structure)) {
+            if (!(fitted(part.structure).solution.squared_error < fit.solution.squared_error))
+                continue;
+            Solution solution =
+                polish(*fit.objective, space, extended(structure, space, part), full_polish());
+            if (better(solution, fit.solution))
+                fit.solution = std::move(solution);
+        }
     if (!std::isfinite(fit.solution.squared_error))
         throw InputError(fmt::format("{}: {} has no finite error on these samples", samples_.source,
                                      structure.name()));

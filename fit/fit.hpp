@@ -69,6 +69,9 @@ class FileFitter {
         Coefficients a;
         double squared_error;
     };
+    static bool better(const Solution& a, const Solution& b) {
+        return a.squared_error < b.squared_error;
+    }
     struct Fitted {
         std::unique_ptr<Objective> objective;
         Space space;
@@ -76,11 +79,22 @@ class FileFitter {
         std::size_t thinned_evaluations = 0;
         double search_seconds = 0, polish_seconds = 0;
     };
+    // A structure without one of its lobes.
+    struct Smaller {
+        int missing;
+        Structure structure;
+    };
+    std::vector<Smaller> smaller_than(const Structure& structure) const;
+    Solution extended(const Structure& structure, const Space& space, const Smaller& part);
     const Fitted& fitted(const Structure& structure);
-    Objective& thinned_objective(const Structure& structure, Metric weights);
+    Objective& thinned_objective(const Structure& structure);
     std::vector<StartingPoint> searched_starts(const Structure& structure, const Space& space);
+    std::vector<Solution> drawn_starts(Objective& objective, const Space& space) const;
     std::vector<Solution> polished_thinned(const Structure& structure, const Space& space,
                                            const std::vector<StartingPoint>& starts);
+    // The first `count` solutions; those that met in one optimum count as one.
+    static std::vector<Solution>
+    distinct(const Space& space, const std::vector<Solution>& solutions, std::size_t count);
     // From start.theta and, where the metric is not quadratic, from start.a if there is one.
     Solution polish(Objective& objective, const Space& space, const Solution& start,
                     const MinimiseOptions& options) const;
@@ -91,10 +105,8 @@ class FileFitter {
     ProgramCache& programs_;
     const Samples& samples_;
     FitOptions options_;
-    DeviceSamples packed_;
-    // Thinned samples and objectives on them, for the metrics whose weights the search uses.
-    std::map<Metric, DeviceSamples> thinned_;
-    std::map<std::pair<Metric, std::string>, std::unique_ptr<Objective>> thinned_objectives_;
+    DeviceSamples packed_, thinned_; // thinned_: for the search
+    std::map<std::string, std::unique_ptr<Objective>> thinned_objectives_;
     std::map<std::string, Fitted> fitted_;
 };
 

@@ -20,9 +20,10 @@ constexpr double stale_reference = 30;
 // LOSS_CHUNK of kernels/fit.cl.
 constexpr int largest_loss_chunk = 4;
 // Passes that solve kd and ks of a loss that is not quadratic, the first ones from nothing with
-// secant curvatures. They end when a step would gain less than this share of the loss.
+// secant curvatures and no coefficient below a share of the largest. They end when a step would
+// gain less than loss_gain of the loss; channels where it would gain less than channel_gain rest.
 constexpr int most_loss_passes = 30, cold_secant_passes = 4;
-constexpr double loss_gain = 1e-8, channel_gain = 1e-10;
+constexpr double lifted_share = 0.01, loss_gain = 1e-8, channel_gain = 1e-10;
 // Damping of Newton's step, as a share of the diagonal, after a first step that failed.
 constexpr double first_damping = 0.1, least_damping = 0.01;
 
@@ -320,7 +321,8 @@ double Objective::projected_loss(Metric metric, const std::vector<double>& theta
     if (cold) {
         projected_error(theta);
         --evaluations_;
-        a = coefficients_;
+        // Samples below 0 make 0 a local minimum of cbrt: from within.
+        a = coefficients_.cwiseMax(lifted_share * coefficients_.maxCoeff());
     }
     const auto total = [](const std::vector<ChannelLoss>& of) {
         double sum = 0;
