@@ -370,11 +370,12 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     }
     fit.search_seconds = seconds_since(started);
     started = std::chrono::steady_clock::now();
-    fit.objective = std::make_unique<Objective>(
+    std::unique_ptr<Objective>& objective = full_objectives_[structure.key()];
+    objective = std::make_unique<Objective>(
         device_, programs_.get(structure, packed_.channels, packed_.chunk), packed_);
     fit.solution.squared_error = std::numeric_limits<double>::infinity();
     for (const Solution& finalist : finalists) {
-        Solution solution = polish(*fit.objective, space, finalist, full_polish());
+        Solution solution = polish(*objective, space, finalist, full_polish());
         if (better(solution, fit.solution))
             fit.solution = std::move(solution);
     }
@@ -384,7 +385,7 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
             if (!(fitted(part.structure).solution.squared_error < fit.solution.squared_error))
                 continue;
             Solution solution =
-                polish(*fit.objective, space, extended(structure, space, part), full_polish());
+                polish(*objective, space, extended(structure, space, part), full_polish());
             if (better(solution, fit.solution))
                 fit.solution = std::move(solution);
         }
@@ -395,10 +396,22 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     return fitted_.emplace(structure.key(), std::move(fit)).first->second;
 }
 
+std::unique_ptr<Objective> FileFitter::full_objective(const Structure& structure) {
+    const auto known = full_objectives_.find(structure.key());
+    if (known == full_objectives_.end())
+        return std::make_unique<Objective>(
+            device_, programs_.get(structure, packed_.channels, packed_.chunk), packed_);
+    std::unique_ptr<Objective> objective = std::move(known->second);
+    full_objectives_.erase(known);
+    return objective;
+}
+
 FitResult FileFitter::fit(const Structure& structure) {
     const auto started = std::chrono::steady_clock::now();
     const Fitted& fit = fitted(structure);
-    Objective& objective = *fit.objective;
+    // Its planes are freed at the end: what other fits need of this one is its solution.
+    const std::unique_ptr<Objective> owned = full_objective(structure);
+    Objective& objective = *owned;
     Solution solution = fit.solution;
     FitResult result;
     for (int i = 0; i < options_.random_starts; ++i) {

@@ -73,7 +73,6 @@ class FileFitter {
         return a.squared_error < b.squared_error;
     }
     struct Fitted {
-        std::unique_ptr<Objective> objective;
         Space space;
         Solution solution;
         std::size_t thinned_evaluations = 0;
@@ -87,6 +86,8 @@ class FileFitter {
     std::vector<Smaller> smaller_than(const Structure& structure) const;
     Solution extended(const Structure& structure, const Space& space, const Smaller& part);
     const Fitted& fitted(const Structure& structure);
+    // The objective that polished the structure, or a new one.
+    std::unique_ptr<Objective> full_objective(const Structure& structure);
     Objective& thinned_objective(const Structure& structure);
     std::vector<StartingPoint> searched_starts(const Structure& structure, const Space& space);
     std::vector<Solution> drawn_starts(Objective& objective, const Space& space) const;
@@ -108,6 +109,8 @@ class FileFitter {
     DeviceSamples packed_, thinned_; // thinned_: for the search
     std::map<std::string, std::unique_ptr<Objective>> thinned_objectives_;
     std::map<std::string, Fitted> fitted_;
+    // On all samples, from the polish until fit() reports.
+    std::map<std::string, std::unique_ptr<Objective>> full_objectives_;
 };
 
 } // namespace brdfit

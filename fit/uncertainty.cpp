@@ -13,6 +13,8 @@ namespace {
 constexpr double bound_share = 1e-6;
 // Directions of less curvature than this share of what each parameter has alone are not determined.
 constexpr double undetermined = 1e-9;
+// kd and ks below this share of the largest are 0, as optimisers leave it.
+constexpr double nothing_share = 1e-9;
 
 bool ended_at_bound(const Space::Dimension& dimension, double value) {
     const Parameter& p = dimension.parameter;
@@ -152,13 +154,14 @@ std::vector<FittedParameter> fitted_parameters(Objective& objective, const Space
                               theta[i], 0, at_bound});
         free.push_back(!dimension.fixed && !at_bound);
     }
+    const double nothing = nothing_share * a.maxCoeff();
     for (Eigen::Index ch = 0; ch < a.rows(); ++ch)
         for (Eigen::Index j = 0; j < a.cols(); ++j) {
             const std::string& channel = channels[static_cast<std::size_t>(ch)];
             parameters.push_back({j == 0 ? fmt::format("kd[{}]", channel)
                                          : fmt::format("lobes[{}].ks[{}]", j - 1, channel),
-                                  a(ch, j), 0, a(ch, j) <= 0});
-            free.push_back(a(ch, j) > 0);
+                                  a(ch, j), 0, a(ch, j) <= nothing});
+            free.push_back(a(ch, j) > nothing);
         }
     const double unknowns = static_cast<double>(std::count(free.begin(), free.end(), true));
     const double residuals = objective.samples().norm();
