@@ -424,6 +424,7 @@ FitResult FileFitter::fit(const Structure& structure) {
         if (other.squared_error < solution.squared_error)
             solution = std::move(other);
     }
+    solution.theta = fit.space.snapped(std::move(solution.theta));
     order_lobes(structure, fit.space, solution.theta, solution.a);
     result.model = structure.name();
     result.errors = objective.metric_errors(solution.theta, solution.a);

@@ -187,6 +187,19 @@ std::vector<double> Space::clamped(std::vector<double> theta) const {
     return theta;
 }
 
+std::vector<double> Space::snapped(std::vector<double> theta) const {
+    for (std::size_t i = 0; i < dimensions_.size(); ++i) {
+        const Parameter& p = dimensions_[i].parameter;
+        const double low = to_scale(p.scale, p.lower), high = to_scale(p.scale, p.upper);
+        const double x = to_scale(p.scale, theta[i]), margin = 1e-9 * (high - low);
+        if (x - low <= margin)
+            theta[i] = p.lower;
+        else if (high - x <= margin)
+            theta[i] = p.upper;
+    }
+    return theta;
+}
+
 std::vector<double> Space::random(std::uint64_t seed, std::uint64_t number) const {
     std::seed_seq sequence{seed, number};
     std::mt19937_64 generator(sequence);

@@ -50,6 +50,8 @@ class Space {
     std::vector<double> upper() const;
     /// theta moved into the ranges.
     std::vector<double> clamped(std::vector<double> theta) const;
+    /// theta with what ended within rounding of the end of its range put there.
+    std::vector<double> snapped(std::vector<double> theta) const;
     /// Start `number` of a sequence of random starts over all of the space, the same for one seed.
     std::vector<double> random(std::uint64_t seed, std::uint64_t number) const;
 
