@@ -13,6 +13,9 @@ namespace {
 class Oclgrind : public testing::TestWithParam<const char*> {
   protected:
     void SetUp() override {
+#ifdef __SANITIZE_ADDRESS__
+        GTEST_SKIP() << "oclgrind and AddressSanitizer both want to be loaded first";
+#endif
         if (std::system("command -v oclgrind > /dev/null 2>&1") != 0)
             GTEST_SKIP() << "oclgrind is not installed";
         write_file(folder_ / "material.json", R"({"brdfit": 1, "channels": ["a", "b"],
