@@ -357,6 +357,13 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     fit.space = Space(structure.lobes, structure.isotropic, options_.ranges);
     const Space& space = fit.space;
     auto started = std::chrono::steady_clock::now();
+    programs_.get(structure, packed_.channels, packed_.chunk);
+    for (const Model* lobe : structure.lobes)
+        programs_.get({structure.diffuse, {lobe}, structure.isotropic}, packed_.channels,
+                      packed_.chunk);
+    programs_.gram();
+    fit.build_seconds = seconds_since(started);
+    started = std::chrono::steady_clock::now();
     std::vector<Solution> finalists;
     if (options_.start) {
         finalists.push_back({start_theta(structure, space), {}, 0});
@@ -437,6 +444,7 @@ FitResult FileFitter::fit(const Structure& structure) {
     result.passes = objective.timed_passes();
     result.pass_seconds = objective.seconds();
     result.thinned_evaluations = fit.thinned_evaluations;
+    result.build_seconds = fit.build_seconds;
     result.search_seconds = fit.search_seconds;
     result.polish_seconds = fit.polish_seconds;
     result.seconds = seconds_since(started);

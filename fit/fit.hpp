@@ -38,6 +38,7 @@ struct FitResult {
     std::size_t thinned_evaluations = 0;
     double pass_seconds = 0; ///< in passes over all samples
     std::size_t passes = 0;
+    double build_seconds = 0; ///< of programs, from sources or the driver's cache
     double search_seconds = 0, polish_seconds = 0; ///< of the global search and of the polishes
     double seconds = 0;                            ///< all of it
     int random_starts_better = 0; ///< random starts that beat the search by more than 0.1 %
@@ -76,7 +77,7 @@ class FileFitter {
         Space space;
         Solution solution;
         std::size_t thinned_evaluations = 0;
-        double search_seconds = 0, polish_seconds = 0;
+        double build_seconds = 0, search_seconds = 0, polish_seconds = 0;
     };
     // A structure without one of its lobes.
     struct Smaller {

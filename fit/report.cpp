@@ -146,6 +146,7 @@ nlohmann::ordered_json fit_rows_json(const std::vector<FitRow>& rows, const FitO
         if (options.random_starts > 0)
             item["random_starts_better"] = r.random_starts_better;
         item["samples_per_second"] = r.samples_per_second();
+        item["build_seconds"] = r.build_seconds;
         item["search_seconds"] = r.search_seconds;
         item["polish_seconds"] = r.polish_seconds;
         item["seconds"] = r.seconds;

@@ -72,11 +72,12 @@ void check_folder(const std::string& folder) {
 }
 
 void report_speed(const FitResult& r) {
-    spdlog::debug(
-        "{} {}: search {:.3f} s ({} thinned evaluations), polish {:.3f} s ({} passes over {} "
-        "samples, {:.0f} million samples/s)",
-        r.model, r.material.lobes.size(), r.search_seconds, r.thinned_evaluations, r.polish_seconds,
-        r.passes, r.samples, r.samples_per_second() / 1e6);
+    spdlog::debug("{} {}: build {:.3f} s, search {:.3f} s ({} thinned evaluations), polish {:.3f} "
+                  "s ({} passes over {} "
+                  "samples, {:.0f} million samples/s)",
+                  r.model, r.material.lobes.size(), r.build_seconds, r.search_seconds,
+                  r.thinned_evaluations, r.polish_seconds, r.passes, r.samples,
+                  r.samples_per_second() / 1e6);
     if (r.random_starts_better > 0)
         spdlog::warn("{} {}: {} random starts beat the global search", r.model,
                      r.material.lobes.size(), r.random_starts_better);
