@@ -1,0 +1,20 @@
+// Ashikhmin, Premoze 2007, distribution-based BRDF: g = F D / (4 (iz + oz - iz oz))
+// theta: f0, m or mx my
+
+static inline void ashikhmin_premoze_prepare(geometry q, real* plane)
+{
+    beckmann_prepare(q, plane);
+    plane[ROUGHNESSES] =
+        -log(4.0f * PI * (q.wi_z + q.wo_z - q.wi_z * q.wo_z)) - 4.0f * log_hz(q);
+    plane[ROUGHNESSES + 1] = schlick_p5(q);
+}
+
+static inline real ashikhmin_premoze(const real* plane, __constant const float* theta, real* d)
+{
+    const real p5 = plane[ROUGHNESSES + 1];
+    const real s = beckmann(plane, plane[ROUGHNESSES], theta + 1, d + 1);
+    const real g = schlick(p5, theta[0]) * s;
+    d[0] = (1.0f - p5) * s;
+    beckmann_scale(g, d + 1);
+    return g;
+}
