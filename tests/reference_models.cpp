@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -193,17 +194,37 @@ Theta read_theta(const Reference& reference, bool isotropic, const std::vector<d
     return t;
 }
 
-} // namespace
-
-double reference_value(const std::string& model, bool isotropic, const std::vector<double>& theta,
-                       const Vector& wi, const Vector& wo) {
+/// The model's value after `change` to the geometry.
+template <typename Change>
+double value_at(const std::string& model, bool isotropic, const std::vector<double>& theta,
+                const Vector& wi, const Vector& wo, Change change) {
     const auto found = references.find(model);
     if (found == references.end())
         throw std::invalid_argument("no reference for the model " + model);
     const Theta t = read_theta(found->second, isotropic, theta);
     if (wi[2] <= 0 || wo[2] <= 0)
         return 0;
-    return static_cast<double>(found->second.value(Geometry(wi, wo), t));
+    Geometry q(wi, wo);
+    change(q);
+    return static_cast<double>(found->second.value(q, t));
+}
+
+} // namespace
+
+double reference_value(const std::string& model, bool isotropic, const std::vector<double>& theta,
+                       const Vector& wi, const Vector& wo) {
+    return value_at(model, isotropic, theta, wi, wo, [](Geometry&) {});
+}
+
+double reference_value_rounded(const std::string& model, bool isotropic,
+                               const std::vector<double>& theta, const Vector& wi, const Vector& wo,
+                               std::size_t k, double change) {
+    return value_at(model, isotropic, theta, wi, wo, [&](Geometry& q) {
+        double& component = k < 3 ? q.wi.at(k) : q.wo.at(k - 3);
+        component *= 1 + change * double{std::numeric_limits<float>::epsilon()};
+        q.iz = q.wi[2];
+        q.oz = q.wo[2];
+    });
 }
 
 double reference_evaluate(const Material& material, std::size_t channel, const Vector& wi,

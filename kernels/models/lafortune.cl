@@ -55,7 +55,12 @@ static inline real lafortune(const real* plane, __constant const float* theta, r
     for (int k = 0; k < ROUGHNESSES; ++k) {
         const float c = theta[k];
         const real along = plane[3 * k + 2];
-        const real rest = (product - c * along) * (-sign(c) / s);
+#if ROUGHNESSES == 1
+        const real others = zz;
+#else
+        const real others = zz + theta[1 - k] * plane[3 * (1 - k) + 2];
+#endif
+        const real rest = others * (-sign(c) / s);
         d[k] = slope * (s > 1.0f && fabs(c) == s ? rest : along);
     }
     d[ROUGHNESSES] = g * log_base;
