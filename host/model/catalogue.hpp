@@ -31,6 +31,9 @@ enum class Kind {
 /// kernels/models/NAME.cl, which defines (with '-' as '_')
 ///     NAME_prepare(geometry, real plane[])               quantities of the directions alone
 ///     real NAME(const real plane[], theta, real d[])     value, and derivative by each parameter
+/// and, for a lobe, with theta in the anisotropic form (see kernels/sampling.cl)
+///     geometry NAME_sample(wo, theta, u1, u2)            wi drawn from two uniform numbers
+///     real NAME_density(geometry, theta)                 its density by the solid angle of wi
 struct Model {
     std::string name;
     Kind kind;

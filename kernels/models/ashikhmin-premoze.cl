@@ -18,3 +18,14 @@ static inline real ashikhmin_premoze(const real* plane, __constant const float* 
     beckmann_scale(g, d + 1);
     return g;
 }
+
+// Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
+static inline geometry ashikhmin_premoze_sample(vector wo, __constant const float* theta, real u1, real u2)
+{
+    return beckmann_sample(wo, theta[1], theta[2], u1, u2);
+}
+
+static inline real ashikhmin_premoze_density(geometry q, __constant const float* theta)
+{
+    return beckmann_density(q, theta[1], theta[2]);
+}

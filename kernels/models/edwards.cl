@@ -38,3 +38,26 @@ static inline real edwards(const real* plane, __constant const float* theta, rea
     d[0] = (1.0f - p5) * s;
     return g;
 }
+
+// Half vectors from p(h): tan phi = sqrt((nx+1)/(ny+1)) tan(2 pi u1) through all quadrants,
+// hz^2 = u2^(1/(nx cos^2 phi + ny sin^2 phi + 1)).
+static inline geometry edwards_sample(vector wo, __constant const float* theta, real u1, real u2)
+{
+    const float nx = theta[1];
+    const float ny = theta[2];
+    real cosine;
+    real sine = sine_of_turns(u1, &cosine);
+    cosine *= sqrt(ny + 1.0f);
+    sine *= sqrt(nx + 1.0f);
+    const real e = exponent_at(cosine, sine, nx, ny);
+    return reflected(wo, half_of_log(cosine, sine, 0.5f * log(u2) / (e + 1.0f)));
+}
+
+static inline real edwards_density(geometry q, __constant const float* theta)
+{
+    const float nx = theta[1];
+    const float ny = theta[2];
+    const real e = exponent_at(q.h_x, q.h_y, nx, ny);
+    return sqrt((nx + 1.0f) * (ny + 1.0f)) * (0.25f / PI) *
+           exp((2.0f * e + 1.0f) * log_hz(q) - log(q.c));
+}

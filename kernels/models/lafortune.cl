@@ -66,3 +66,38 @@ static inline real lafortune(const real* plane, __constant const float* theta, r
     d[ROUGHNESSES] = g * log_base;
     return g;
 }
+
+// wi from the cosine lobe (n + 1) / (2 pi) (wi.L)^n about L = (Cx wo.x, Cy wo.y, wo.z), normalised.
+static inline vector lafortune_axis(vector wo, __constant const float* theta)
+{
+    const vector axis = {theta[0] * wo.x, theta[1] * wo.y, wo.z};
+    return unit(axis);
+}
+
+static inline geometry lafortune_sample(vector wo, __constant const float* theta, real u1, real u2)
+{
+    const vector axis = lafortune_axis(wo, theta);
+    real cosine;
+    const real sine = sine_of_turns(u2, &cosine);
+    const vector w = half_of_log(cosine, sine, log(u1) / (theta[2] + 1.0f));
+    // A frame about the axis, which is above the horizon (Duff et al. 2017).
+    const real a = -1.0f / (1.0f + axis.z);
+    const real b = axis.x * axis.y * a;
+    const vector wi = {
+        w.x * (1.0f + a * axis.x * axis.x) + w.y * b + w.z * axis.x,
+        w.x * b + w.y * (1.0f + a * axis.y * axis.y) + w.z * axis.y,
+        -w.x * axis.x - w.y * axis.y + w.z * axis.z,
+    };
+    return between(wi, wo);
+}
+
+static inline real lafortune_density(geometry q, __constant const float* theta)
+{
+    const float n = theta[2];
+    const vector axis = lafortune_axis(wo_of(q), theta);
+    // 1 - wi.L, exact where it is small.
+    const real loss =
+        0.5f * (squared(q.wi_x - axis.x) + squared(q.wi_y - axis.y) + squared(q.wi_z - axis.z));
+    const real power = exp(n * log1p(-fmin(loss, (real)(0.9999999f))));
+    return loss < 1.0f ? (n + 1.0f) * (0.5f / PI) * power : (real)(0.0f);
+}
