@@ -51,7 +51,7 @@ Hemisphere::Hemisphere(const OnHemisphere& function, double tolerance,
                 sum += nodes_[nodes_[i].children + c].integral;
             // Kernels give 1e-5.
             if (std::abs(sum - nodes_[i].integral) > tolerance + 2e-5 * sum ||
-                held[i] > hints.size() / 256)
+                held[i] > hints.size() / 2048)
                 for (std::size_t c = 0; c < 4; ++c)
                     next.push_back(nodes_[i].children + c);
         }

@@ -14,7 +14,7 @@ using OnHemisphere = std::function<std::vector<double>(const std::vector<Vector>
 /// function over each is known: sharp lobes need no knowledge of where they are beyond a few hints.
 class Hemisphere {
   public:
-    /// `tolerance`: absolute error a cell; cells with more than a 256th of `hints` are halved
+    /// `tolerance`: absolute error a cell; cells with more than a 2048th of `hints` are halved
     /// anyway.
     Hemisphere(const OnHemisphere& function, double tolerance, const std::vector<Vector>& hints);
 
