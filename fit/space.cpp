@@ -42,7 +42,10 @@ ParameterRange parse_name(const std::string& text, const char* form, std::string
 // Whether `name` on the command line means the parameter `parameter` of a model's form.
 bool means(const std::string& name, const std::string& parameter) {
     return name == parameter || (name == "m" && (parameter == "mx" || parameter == "my")) ||
-           (name == "n" && (parameter == "nu" || parameter == "nv"));
+           (name == "n" &&
+            (parameter == "nu" || parameter == "nv" || parameter == "nx" || parameter == "ny")) ||
+           (name == "a" && (parameter == "ax" || parameter == "ay")) ||
+           (name == "C" && (parameter == "Cx" || parameter == "Cy"));
 }
 
 } // namespace

@@ -3,29 +3,6 @@
 //     material_prepare(geometry, plane)      the planes of every model
 //     material_basis(plane, theta, b, d)     b[0] diffuse, b[1..] lobes; derivative entries d[]
 
-static inline geometry read_geometry(__global const real* directions, uint stride, uint i)
-{
-    real p[DIRECTION_PLANES];
-    for (int k = 0; k < DIRECTION_PLANES; ++k)
-        p[k] = directions[i + k * stride];
-    return geometry_of(p);
-}
-
-// A geometry that no model overflows at, for lanes below the horizon.
-static inline geometry above_horizon(geometry q, mask above)
-{
-    q.wi_z = above ? q.wi_z : (real)(1.0f);
-    q.wo_z = above ? q.wo_z : (real)(1.0f);
-    q.h_x = above ? q.h_x : (real)(0.0f);
-    q.h_y = above ? q.h_y : (real)(0.0f);
-    q.h_z = above ? q.h_z : (real)(1.0f);
-    q.c = above ? q.c : (real)(1.0f);
-    return q;
-}
-
-// A BRDF value: 0 below the horizon, finite above it.
-static inline real finite_above(real f, mask above) { return above ? fmin(f, (real)(FLT_MAX)) : (real)(0.0f); }
-
 // Basis values and derivative entries at pair i of the directions; whether it is above the horizon.
 static inline mask basis_at(__global const real* directions, uint count, uint i,
                             __constant const float* theta, real* b, real* d)

@@ -214,8 +214,10 @@ void add_bench(CLI::App& app, const Globals& globals, Action& action) {
     command->add_option("--samples", options->samples)->group(""); // for tests
     command->add_flag("--child", options->child)->group("");
     command->footer("Example:\n  brdfit bench --json bench.json");
-    command->callback([options, &globals, &action] {
-        action = [options, &globals] { return bench_command(*options, globals); };
+    add_bench_sampling(*command, globals, action);
+    command->callback([command, options, &globals, &action] {
+        if (command->get_subcommands().empty()) // otherwise that has set the action
+            action = [options, &globals] { return bench_command(*options, globals); };
     });
 }
 

@@ -26,7 +26,11 @@ void add_convert(CLI::App& app, const Globals& globals, Action& action);
 void add_fit(CLI::App& app, const Globals& globals, Action& action);
 void add_eval(CLI::App& app, const Globals& globals, Action& action);
 void add_demo(CLI::App& app, const Globals& globals, Action& action);
+void add_pdf(CLI::App& app, const Globals& globals, Action& action);
+void add_sample(CLI::App& app, const Globals& globals, Action& action);
 void add_bench(CLI::App& app, const Globals& globals, Action& action);
+/// Below bench.
+void add_bench_sampling(CLI::App& bench, const Globals& globals, Action& action);
 
 /// Runs the program: parses the command line, runs the command, turns errors into messages.
 /// Returns 0, 1 (bad input or failed job) or 2 (wrong usage).

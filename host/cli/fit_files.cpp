@@ -25,7 +25,8 @@ std::vector<Structure> structures_of(const FitRequest& request, bool isotropic) 
             continue;
         }
         for (const Model& model : catalogue())
-            names.push_back(model.name);
+            if (model.diffuse_name.empty())
+                names.push_back(model.name);
     }
     std::vector<int> counts = request.lobes;
     std::sort(counts.begin(), counts.end());

@@ -38,6 +38,8 @@ Json to_json(const Model& model) {
     Json json = {{"name", model.name}, {"kind", model.kind == Kind::Lobe ? "lobe" : "diffuse"}};
     if (!model.lobe.empty())
         json["lobe"] = model.lobe;
+    if (!model.diffuse_name.empty())
+        json["diffuse"] = model.diffuse_name;
     json["shape"] = model.shape;
     json["equation"] = model.equation;
     json["reciprocal"] = model.reciprocal;
@@ -65,6 +67,10 @@ void print(const Model& model) {
                model.kind == Kind::Lobe ? "lobe" : "diffuse", model.reciprocal ? "" : "not ",
                model.conserves_energy ? "conserves energy" : "may exceed an albedo of 1");
     fmt::print("  {}\n  {}\n", model.shape, model.equation);
+    for (const Model& other : catalogue())
+        if (!other.diffuse_name.empty() && other.lobe == model.name)
+            fmt::print("  with --diffuse {}: {} ({})\n", other.diffuse_name, other.shape,
+                       other.equation);
     // A coupled diffuse shape comes with the parameters of its lobe.
     const Model& of = model.lobe.empty() ? model : model_named(model.lobe);
     for (const Parameter& p : of.isotropic)
@@ -93,9 +99,11 @@ void add_models(CLI::App& app, const Globals&, Action& action) {
         "Example:\n  brdfit models kurt");
     command->callback([options, &action] {
         action = [options] {
-            std::vector<Model> chosen = catalogue();
-            if (!options->name.empty())
-                chosen = {model_named(options->name)};
+            std::vector<Model> chosen;
+            for (const Model& model : catalogue())
+                if (options->name.empty() ? model.diffuse_name.empty()
+                                          : &model == &model_named(options->name))
+                    chosen.push_back(model);
             if (options->json) {
                 Json json = Json::array();
                 for (const Model& model : chosen)

@@ -73,8 +73,43 @@ std::string generated_text(const Structure& structure) {
     return text + "}\n";
 }
 
+// The functions that draw from a structure's components (see kernels/sample.cl).
+std::string generated_sampling(const Structure& structure) {
+    const StructureLayout layout = layout_of(structure);
+    std::string draw = "    if (j == 0)\n        return cosine_sample(wo, u1, u2);\n";
+    std::string densities = "    p[0] = cosine_density(q);\n";
+    for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
+        const std::string name = structure.lobes[l]->identifier();
+        const int begin = layout.lobe_begin[l];
+        if (l + 1 < structure.lobes.size())
+            draw += fmt::format("    if (j == {})\n    ", l + 1);
+        draw += fmt::format("    return {}_sample(wo, theta + {}, u1, u2);\n", name, begin);
+        densities += fmt::format("    p[{}] = {}_density(q, theta + {});\n", l + 1, name, begin);
+    }
+    if (structure.lobes.empty())
+        draw = "    return cosine_sample(wo, u1, u2);\n";
+    return "static inline geometry component_sample(int j, vector wo, __constant const float* "
+           "theta, "
+           "real u1, real u2)\n{\n" +
+           draw +
+           "}\nstatic inline void component_densities(geometry q, __constant const float* theta, "
+           "real* p)\n{\n" +
+           densities + "}\n";
+}
+
 std::string with_line(const std::string& path) {
     return fmt::format("#line 1 \"kernels/{}\"\n{}\n", path, kernel_source(path));
+}
+
+// The structure's models and the functions that run them.
+std::string model_text(const Structure& structure) {
+    std::string text = fmt::format("#define ROUGHNESSES {}\n", structure.isotropic ? 1 : 2);
+    for (const char* shared :
+         {"common.cl", "geometry.cl", "schlick.cl", "beckmann.cl", "sampling.cl"})
+        text += with_line(shared);
+    for (const PlacedModel& p : placed_models(structure))
+        text += with_line(fmt::format("models/{}.cl", p.model->name));
+    return text + generated_text(structure);
 }
 
 // The text, after the macros of the device's form, as a program.
@@ -147,15 +182,15 @@ std::string kernel_source(const std::string& path) {
 
 cl::Program build_program(const Device& device, const Structure& structure, int channels,
                           int chunk) {
-    std::string text =
-        fmt::format("#define CHANNELS {}\n#define CHUNK {}\n#define ROUGHNESSES {}\n", channels,
-                    chunk, structure.isotropic ? 1 : 2);
-    for (const char* shared : {"common.cl", "geometry.cl", "schlick.cl", "beckmann.cl"})
-        text += with_line(shared);
-    for (const PlacedModel& p : placed_models(structure))
-        text += with_line(fmt::format("models/{}.cl", p.model->name));
-    text += generated_text(structure);
-    text += with_line("evaluate.cl") + with_line("fit.cl");
+    const std::string text =
+        fmt::format("#define CHANNELS {}\n#define CHUNK {}\n", channels, chunk) +
+        model_text(structure) + with_line("evaluate.cl") + with_line("fit.cl");
+    return built(device, text, structure.name());
+}
+
+cl::Program build_sample_program(const Device& device, const Structure& structure) {
+    const std::string text = model_text(structure) + with_line("random.cl") +
+                             generated_sampling(structure) + with_line("sample.cl");
     return built(device, text, structure.name());
 }
 

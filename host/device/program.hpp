@@ -49,6 +49,10 @@ std::string kernel_source(const std::string& path);
 cl::Program build_program(const Device& device, const Structure& structure, int channels,
                           int chunk);
 
+/// Builds sample.cl for a structure, which must have the anisotropic form. Throws like
+/// build_program.
+cl::Program build_sample_program(const Device& device, const Structure& structure);
+
 /// Builds gram.cl, which knows no models.
 cl::Program build_gram_program(const Device& device);
 

@@ -31,6 +31,9 @@ enum class Kind {
 /// kernels/models/NAME.cl, which defines (with '-' as '_')
 ///     NAME_prepare(geometry, real plane[])               quantities of the directions alone
 ///     real NAME(const real plane[], theta, real d[])     value, and derivative by each parameter
+/// and, for a lobe, with theta in the anisotropic form (see kernels/sampling.cl)
+///     geometry NAME_sample(wo, theta, u1, u2)            wi drawn from two uniform numbers
+///     real NAME_density(geometry, theta)                 its density by the solid angle of wi
 struct Model {
     std::string name;
     Kind kind;
@@ -43,6 +46,9 @@ struct Model {
     int isotropic_planes, anisotropic_planes;
     bool reciprocal;
     bool conserves_energy; ///< R <= 1 for every parameter in range, ks = f0 = 1 (Kind::Lobe)
+    /// Name as a diffuse shape, in material files and --diffuse, where it is not `name`; such a
+    /// model is an option of its lobe, not listed by itself.
+    std::string diffuse_name = {};
 
     const std::vector<Parameter>& parameters(bool iso) const {
         return iso ? isotropic : anisotropic;
@@ -54,11 +60,17 @@ struct Model {
     std::string identifier() const;
 };
 
-/// All models, in the order they are listed.
+/// All models, in the order they are listed (those with a diffuse_name are not).
 const std::vector<Model>& catalogue();
 /// The model of that name, or nullptr.
 const Model* find_model(const std::string& name);
 /// The model of that name. Throws UsageError listing the known names.
 const Model& model_named(const std::string& name);
+/// The diffuse shape of that name, or nullptr.
+const Model* find_diffuse(const std::string& name);
+/// The name of a diffuse shape in material files.
+inline const std::string& diffuse_name_of(const Model& diffuse) {
+    return diffuse.diffuse_name.empty() ? diffuse.name : diffuse.diffuse_name;
+}
 
 } // namespace brdfit

@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t pairs_a_pass = std::size_t{1} << 18;
 
-// Runs `kernel` (arguments after directions and count already set) over all directions in passes;
-// returns its `outputs` planes, [output][pair].
+} // namespace
+
 std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
                                        cl_uint out_argument, std::size_t outputs,
                                        const Directions& directions) {
@@ -51,8 +51,6 @@ std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
     }
     return result;
 }
-
-} // namespace
 
 std::vector<float> evaluate(const Device& device, const Material& material,
                             const Directions& directions) {

@@ -25,4 +25,11 @@ struct ModelValues {
 ModelValues evaluate_model(const Device& device, const Model& model, bool isotropic,
                            const std::vector<double>& theta, const Directions& directions);
 
+/// Runs a kernel whose arguments 0 and 1 are directions and their count in vectors over all pairs,
+/// in passes; its other arguments but `out_argument` must be set. Returns its planes,
+/// [output][pair].
+std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
+                                       cl_uint out_argument, std::size_t outputs,
+                                       const Directions& directions);
+
 } // namespace brdfit

@@ -187,13 +187,14 @@ const Model& parse_model(const Json& object, const Place& at, bool lobe) {
     std::vector<std::string> known;
     for (const Model& model : catalogue())
         if ((model.kind == Kind::Lobe) == lobe)
-            known.push_back(model.name);
+            known.push_back(lobe ? model.name : diffuse_name_of(model));
     const std::string expected =
         fmt::format("a {} model: {}", lobe ? "lobe" : "diffuse", fmt::join(known, ", "));
     const Json& name = required(object, at, "model", expected);
     if (!name.is_string() || std::find(known.begin(), known.end(), name) == known.end())
         at.member("model").fail(name, expected);
-    return *find_model(name.get<std::string>());
+    const std::string text = name.get<std::string>();
+    return lobe ? *find_model(text) : *find_diffuse(text);
 }
 
 std::vector<std::string> names(const std::vector<Parameter>& parameters) {
@@ -398,7 +399,7 @@ nlohmann::ordered_json to_json(const Material& material) {
     Json json;
     json["brdfit"] = 1;
     json["channels"] = material.channels;
-    json["diffuse"] = {{"model", material.diffuse->name}, {"kd", material.kd}};
+    json["diffuse"] = {{"model", diffuse_name_of(*material.diffuse)}, {"kd", material.kd}};
     json["lobes"] = Json::array();
     for (const Lobe& lobe : material.lobes) {
         Json entry = {{"model", lobe.model->name}, {"ks", lobe.ks}};

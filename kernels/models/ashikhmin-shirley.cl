@@ -37,3 +37,28 @@ static inline real ashikhmin_shirley(const real* plane, __constant const float* 
     d[0] = (1.0f - p5) * s;
     return g;
 }
+
+// Half vectors by Eq. 9 and 10: tan phi = sqrt((nu+1)/(nv+1)) tan(pi/2 u1) in a quadrant, carried on
+// through all four, so that equal parts of u1 are stratified over the azimuth;
+// hz = (1 - u2)^(1/(nu cos^2 phi + nv sin^2 phi + 1)).
+static inline geometry ashikhmin_shirley_sample(vector wo, __constant const float* theta, real u1,
+                                                real u2)
+{
+    const float nu = theta[1];
+    const float nv = theta[2];
+    real cosine;
+    real sine = sine_of_turns(u1, &cosine);
+    cosine *= sqrt(nv + 1.0f);
+    sine *= sqrt(nu + 1.0f);
+    const real e = exponent_at(cosine, sine, nu, nv);
+    return reflected(wo, half_of_log(cosine, sine, log(1.0f - u2) / (e + 1.0f)));
+}
+
+// Eq. 6 and 8: p = sqrt((nu+1)(nv+1)) / (2 pi) hz^e / (4 c).
+static inline real ashikhmin_shirley_density(geometry q, __constant const float* theta)
+{
+    const float nu = theta[1];
+    const float nv = theta[2];
+    const real e = exponent_at(q.h_x, q.h_y, nu, nv);
+    return sqrt((nu + 1.0f) * (nv + 1.0f)) * (0.125f / PI) * exp(e * log_hz(q) - log(q.c));
+}

@@ -11,3 +11,17 @@ static inline real blinn_phong(const real* plane, __constant const float* theta,
     d[0] = power + g * plane[0];
     return g;
 }
+
+// Half vectors from (n + 2) / (2 pi) hz^(n+1).
+static inline geometry blinn_phong_sample(vector wo, __constant const float* theta, real u1, real u2)
+{
+    real cosine;
+    const real sine = sine_of_turns(u2, &cosine);
+    return reflected(wo, half_of_log(cosine, sine, log(u1) / (theta[0] + 2.0f)));
+}
+
+static inline real blinn_phong_density(geometry q, __constant const float* theta)
+{
+    const float n = theta[0];
+    return (n + 2.0f) * (0.125f / PI) * exp((n + 1.0f) * log_hz(q) - log(q.c));
+}

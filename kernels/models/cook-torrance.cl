@@ -25,3 +25,14 @@ static inline real cook_torrance(const real* plane, __constant const float* thet
     d[1] = (2.0f * inverse) * (t - 1.0f) * g;
     return g;
 }
+
+// Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
+static inline geometry cook_torrance_sample(vector wo, __constant const float* theta, real u1, real u2)
+{
+    return beckmann_sample(wo, theta[1], theta[1], u1, u2);
+}
+
+static inline real cook_torrance_density(geometry q, __constant const float* theta)
+{
+    return beckmann_density(q, theta[1], theta[1]);
+}

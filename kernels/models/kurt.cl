@@ -23,3 +23,14 @@ static inline real kurt(const real* plane, __constant const float* theta, real* 
     d[1 + ROUGHNESSES] = g * minus_log_iz_oz;
     return g;
 }
+
+// Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
+static inline geometry kurt_sample(vector wo, __constant const float* theta, real u1, real u2)
+{
+    return beckmann_sample(wo, theta[1], theta[2], u1, u2);
+}
+
+static inline real kurt_density(geometry q, __constant const float* theta)
+{
+    return beckmann_density(q, theta[1], theta[2]);
+}

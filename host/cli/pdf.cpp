@@ -1,0 +1,50 @@
+#include "host/cli/command.hpp"
+#include "host/measured/read.hpp"
+#include "host/measured/write.hpp"
+#include "host/model/sample.hpp"
+#include "host/version.hpp"
+
+#include <filesystem>
+#include <fmt/format.h>
+
+namespace brdfit::cli {
+
+namespace {
+
+struct Options {
+    std::string material, directions, out;
+};
+
+int pdf(const Options& options, const Globals& globals) {
+    const Material material = read_material(options.material);
+    const Directions directions = read_directions(options.directions);
+    const Device device = open_device(globals.device);
+    write_columns(
+        options.out, {"pdf"}, {density(device, material, directions)},
+        {fmt::format("density in 1/sr of wi given wo, sampler of {}, by brdfit {}",
+                     std::filesystem::path(options.material).filename().string(), version)});
+    return 0;
+}
+
+} // namespace
+
+void add_pdf(CLI::App& app, const Globals& globals, Action& action) {
+    CLI::App* command = app.add_subcommand(
+        "pdf", "Density, at directions, of the light directions that sample draws");
+    auto options = std::make_shared<Options>();
+    command->add_option("MATERIAL", options->material, "material file (.json)")->required();
+    command
+        ->add_option("DIRECTIONS", options->directions,
+                     ".csv with wi_x,wi_y,wi_z,wo_x,wo_y,wo_z or .npy of shape (N, 6)")
+        ->required();
+    command
+        ->add_option("-o,--output", options->out,
+                     ".csv or .npy: one column pdf, by solid angle of wi; 0 below the horizon")
+        ->required();
+    command->footer("Example:\n  brdfit pdf paint.json directions.csv -o pdf.csv");
+    command->callback([options, &globals, &action] {
+        action = [options, &globals] { return pdf(*options, globals); };
+    });
+}
+
+} // namespace brdfit::cli
