@@ -10,7 +10,7 @@
 #define HEIGHTS 32
 #define AZIMUTHS 9
 #define LEAST_HEIGHT 1e-4f
-#define TABLE_SAMPLES 512
+#define TABLE_SAMPLES 128
 
 static inline ureal lane_numbers(void)
 {

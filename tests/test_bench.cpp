@@ -118,4 +118,31 @@ TEST(Bench, TakesTheLargestDifferenceOfAnAnswer) {
     EXPECT_TRUE(std::isinf(bench::difference({1, {}}, {1, {2}})));
 }
 
+TEST(BenchSampling, MeasuresGivenMaterials) {
+    const TemporaryFolder folder;
+    const std::string material = folder / "smooth.json", path = folder / "bench.json";
+    write_file(material, R"({"brdfit": 1, "channels": ["Y"],
+        "diffuse": {"model": "lambert", "kd": [0]},
+        "lobes": [{"model": "ward-duer", "ks": [1], "m": 0.1}]})");
+    const Outcome outcome =
+        run_program({"bench", "sampling", material, "--theta", "30", "--json", path});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("smooth"), std::string::npos);
+    const auto json = nlohmann::json::parse(read_file(path));
+    ASSERT_EQ(json.at("results").size(), 1);
+    const auto& row = json["results"][0];
+    EXPECT_EQ(row.at("name"), "smooth");
+    EXPECT_NEAR(row.at("albedo").get<double>(), 1, 0.05);
+    EXPECT_LT(10 * row.at("variance").get<double>(), row.at("cosine_variance").get<double>());
+    EXPECT_GT(row.at("sobol_samples_per_second"), 0);
+    EXPECT_GT(row.at("philox_samples_per_second"), 0);
+}
+
+TEST(BenchSampling, RefusesBadCommandLines) {
+    EXPECT_EQ(run_program({"bench", "sampling", "--theta", "90"}).status, 2);
+    EXPECT_EQ(run_program({"bench", "sampling", "--no-such-option"}).status, 2);
+    EXPECT_EQ(run_program({"bench", "samplings"}).status, 2);
+    EXPECT_EQ(run_program({"bench", "sampling", "none.json"}).status, 1);
+}
+
 } // namespace brdfit::test

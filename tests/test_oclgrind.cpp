@@ -62,6 +62,14 @@ TEST_P(Oclgrind, FindsNothingInAnyPass) {
         "--start anisotropic.json --max-evaluations 2 -o out");
 }
 
+TEST_P(Oclgrind, FindsNothingInSampling) {
+    for (const char* sequence : {"sobol", "philox"})
+        run(fmt::format("sample material.json --wo 50,10 -n 99 --sequence {} -o s.csv", sequence));
+    write_file(folder_ / "directions.csv", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0.6,0,0.8\n"
+                                           "0,0.6,0.8,0,-1,0\n0.6,0,-0.8,0,0,1\n");
+    run("pdf anisotropic.json directions.csv -o p.csv");
+}
+
 INSTANTIATE_TEST_SUITE_P(Forms, Oclgrind, testing::Values("16,1,256", "1,16,64"),
                          [](const auto& info) {
                              return std::string(info.param).substr(0, 2) == "16" ? "Cpu" : "Gpu";
