@@ -349,6 +349,16 @@ std::vector<double> FileFitter::start_theta(const Structure& structure, const Sp
     return theta;
 }
 
+bool FileFitter::has_pull(const Structure& structure, const Solution& start) {
+    Objective& objective = thinned_objective(structure);
+    objective.projected_error(start.theta);
+    const Coefficients& a = objective.coefficients();
+    for (Eigen::Index j = 1; j < a.cols(); ++j)
+        if (!(a.col(j).maxCoeff() > 0))
+            return false;
+    return true;
+}
+
 const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     const auto known = fitted_.find(structure.key());
     if (known != fitted_.end())
@@ -365,14 +375,15 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     fit.build_seconds = seconds_since(started);
     started = std::chrono::steady_clock::now();
     std::vector<Solution> finalists;
-    if (options_.start) {
+    if (options_.start)
         finalists.push_back({start_theta(structure, space), {}, 0});
-    } else {
+    if (!options_.start || !has_pull(structure, finalists.front())) {
         std::vector<StartingPoint> starts = searched_starts(structure, space);
         const std::vector<Solution> solutions = polished_thinned(structure, space, starts);
         const std::size_t count =
             structure.lobes.size() <= 1 ? single_lobe_finalists : several_lobe_finalists;
-        finalists = distinct(space, solutions, count);
+        const std::vector<Solution> best = distinct(space, solutions, count);
+        finalists.insert(finalists.end(), best.begin(), best.end());
         fit.thinned_evaluations = thinned_objective(structure).evaluations();
     }
     fit.search_seconds = seconds_since(started);

@@ -24,7 +24,8 @@ struct FitOptions {
     int random_starts = 0;              ///< polished on all samples, besides the global search
     unsigned long seed = 1;             ///< of the random starts and of stochastic algorithms
     std::vector<ParameterRange> ranges; ///< --fix and --bound
-    std::optional<Material> start;      ///< warm start: replaces the global search
+    std::optional<Material>
+        start; ///< warm start: replaces the global search, unless a lobe has no strength there
 };
 
 struct FitResult {
@@ -101,6 +102,8 @@ class FileFitter {
     Solution polish(Objective& objective, const Space& space, const Solution& start,
                     const MinimiseOptions& options) const;
     MinimiseOptions full_polish() const;
+    // Whether every lobe has some strength at a starting point: without it has no slope either.
+    bool has_pull(const Structure& structure, const Solution& start);
     std::vector<double> start_theta(const Structure& structure, const Space& space) const;
 
     const Device& device_;
