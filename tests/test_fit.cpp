@@ -210,10 +210,11 @@ TEST_P(EveryLobe, fixed_parameters_stay_and_bounds_hold) {
         EXPECT_FALSE(result.parameters[i].at_bound) << p.name;
 
         FitOptions bounded;
-        bounded.ranges = {{p.name, 0, p.start * 0.9, p.start * 1.1, false}};
+        const double margin = 0.1 * std::abs(p.start);
+        bounded.ranges = {{p.name, 0, p.start - margin, p.start + margin, false}};
         const double value = fit(samples, GetParam(), 1, bounded).theta[i];
-        EXPECT_GE(value, p.start * 0.9) << p.name;
-        EXPECT_LE(value, p.start * 1.1) << p.name;
+        EXPECT_GE(value, p.start - margin) << p.name;
+        EXPECT_LE(value, p.start + margin) << p.name;
     }
 }
 
