@@ -291,6 +291,11 @@ FileFitter::polished_thinned(const Structure& structure, const Space& space,
     std::vector<Solution> solutions;
     for (const StartingPoint& start : starts)
         solutions.push_back({space.clamped(start.theta), {}, start.squared_error});
+    // At f0 = 1 a coupled diffuse shape vanishes, and with it the slope towards having one.
+    if (coupled(structure))
+        for (Solution& solution : solutions)
+            solution.theta[0] =
+                std::max(std::min(solution.theta[0], 0.9), space.dimensions()[0].parameter.lower);
     if (!quadratic(options_.metric) && !structure.lobes.empty())
         for (Solution& drawn : drawn_starts(objective, space))
             solutions.push_back(std::move(drawn));

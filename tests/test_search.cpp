@@ -6,6 +6,7 @@
 
 #include "host/measured/read.hpp"
 
+#include <cmath>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <map>
@@ -134,7 +135,8 @@ TEST_P(EveryLobe, is_never_worse_than_itself_with_a_parameter_fixed_or_bounded) 
                                     rounding)
                     << lobes << " lobes, " << p.name << " = " << value;
             }
-            options.ranges = {{p.name, lobes, p.start, std::min(p.upper, 1.5 * p.start), false}};
+            options.ranges = {{p.name, lobes, p.start,
+                               std::min(p.upper, p.start + 0.5 * std::abs(p.start)), false}};
             EXPECT_LE(free,
                       error_of(fit(samples, GetParam(), lobes, options), Metric::Ngan) * rounding)
                 << lobes << " lobes, " << p.name << " bounded";

@@ -25,7 +25,7 @@ std::vector<Structure> structures_of(const FitRequest& request, bool isotropic) 
             continue;
         }
         for (const Model& model : catalogue())
-            if (model.diffuse_name.empty())
+            if (model.listed())
                 names.push_back(model.name);
     }
     std::vector<int> counts = request.lobes;

@@ -101,8 +101,7 @@ void add_models(CLI::App& app, const Globals&, Action& action) {
         action = [options] {
             std::vector<Model> chosen;
             for (const Model& model : catalogue())
-                if (options->name.empty() ? model.diffuse_name.empty()
-                                          : &model == &model_named(options->name))
+                if (options->name.empty() ? model.listed() : &model == &model_named(options->name))
                     chosen.push_back(model);
             if (options->json) {
                 Json json = Json::array();

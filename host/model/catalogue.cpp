@@ -236,7 +236,7 @@ const Model& model_named(const std::string& name) {
         return *model;
     std::string known;
     for (const Model& model : catalogue())
-        if (model.diffuse_name.empty())
+        if (model.listed())
             known += (known.empty() ? "" : ", ") + model.name;
     throw UsageError(fmt::format("unknown model '{}'; known: {}", name, known));
 }

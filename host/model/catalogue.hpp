@@ -56,6 +56,8 @@ struct Model {
     int planes(bool iso) const { return iso ? isotropic_planes : anisotropic_planes; }
     /// Whether theta[0] is f0, of which g is an affine function (Schlick's F).
     bool fresnel() const { return !isotropic.empty() && isotropic[0].name == "f0"; }
+    /// Whether it stands for itself in lists and in `all`.
+    bool listed() const { return diffuse_name.empty(); }
     /// The name as an OpenCL C identifier.
     std::string identifier() const;
 };
