@@ -21,6 +21,7 @@ constexpr std::size_t single_lobe_draws = 64, several_lobe_draws = 192;
 constexpr std::uint64_t draw_seed = 0x6a7d; // not that of --starts
 constexpr std::size_t single_lobe_drawn = 4, several_lobe_drawn = 10;
 constexpr std::size_t single_lobe_finalists = 2, several_lobe_finalists = 3;
+constexpr double highest_coupled_f0 = 0.999;
 // A random start beats the search where its error is below by more than this share.
 constexpr double better_share = 1e-3;
 
@@ -136,10 +137,13 @@ Structure structure_named(const std::string& names, int lobes, const std::string
         throw UsageError(fmt::format("'{}' has {} lobes; at most {} are possible", names,
                                      structure.lobes.size(), max_lobes));
     if (!diffuse.empty()) {
-        const Model& model = model_named(diffuse);
-        if (model.kind == Kind::Lobe)
-            throw UsageError(
-                fmt::format("--diffuse {}: is a lobe model, no diffuse shape", diffuse));
+        const Model* const found = find_diffuse(diffuse);
+        if (found == nullptr)
+            throw UsageError(fmt::format("--diffuse {}: {}", diffuse,
+                                         find_model(diffuse) != nullptr
+                                             ? "is a lobe model, no diffuse shape"
+                                             : "is unknown"));
+        const Model& model = *found;
         if (model.kind == Kind::DiffuseAndLobe &&
             (structure.lobes.empty() || structure.lobes.front()->name != model.lobe))
             throw UsageError(fmt::format("--diffuse {}: the first lobe of '{}' is not {}", diffuse,
@@ -291,11 +295,6 @@ FileFitter::polished_thinned(const Structure& structure, const Space& space,
     std::vector<Solution> solutions;
     for (const StartingPoint& start : starts)
         solutions.push_back({space.clamped(start.theta), {}, start.squared_error});
-    // At f0 = 1 a coupled diffuse shape vanishes, and with it the slope towards having one.
-    if (coupled(structure))
-        for (Solution& solution : solutions)
-            solution.theta[0] =
-                std::max(std::min(solution.theta[0], 0.9), space.dimensions()[0].parameter.lower);
     if (!quadratic(options_.metric) && !structure.lobes.empty())
         for (Solution& drawn : drawn_starts(objective, space))
             solutions.push_back(std::move(drawn));
@@ -348,10 +347,10 @@ std::vector<double> FileFitter::start_theta(const Structure& structure, const Sp
                 "--start: its {} lobe is anisotropic, the data is isotropic", lobe.model->name));
         theta.insert(theta.end(), values.begin(), values.end());
     }
-    const std::vector<double> within = space.clamped(theta);
-    if (within != theta)
+    const Space given(structure.lobes, structure.isotropic, options_.ranges);
+    if (given.clamped(theta) != theta)
         throw UsageError("--start: a parameter is outside the bounds given");
-    return theta;
+    return space.clamped(theta);
 }
 
 bool FileFitter::has_pull(const Structure& structure, const Solution& start) {
@@ -369,7 +368,13 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     if (known != fitted_.end())
         return known->second;
     Fitted fit;
-    fit.space = Space(structure.lobes, structure.isotropic, options_.ranges);
+    std::vector<ParameterRange> ranges = options_.ranges;
+    const bool f0_is_given = std::any_of(ranges.begin(), ranges.end(),
+                                         [](const ParameterRange& r) { return r.name == "f0"; });
+    // At f0 = 1 a coupled diffuse shape vanishes, so that no kd is the best and none can be found.
+    if (coupled(structure) && !f0_is_given)
+        ranges.push_back({"f0", 1, 0, highest_coupled_f0, false});
+    fit.space = Space(structure.lobes, structure.isotropic, ranges);
     const Space& space = fit.space;
     auto started = std::chrono::steady_clock::now();
     programs_.get(structure, packed_.channels, packed_.chunk);
