@@ -4,6 +4,7 @@
 #include "host/parallel.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -30,13 +31,20 @@ struct Shape {
 struct Combination {
     std::vector<int> shapes;    // one a lobe
     std::vector<double> shares; // of the way from the lowest to the highest f0, one a lobe
-    double squared_error;
+    double squared_error = 0;
 };
 
 // A basis function as a mixture of two rows.
 struct Column {
     int low, high;
     double share;
+};
+
+struct Columns {
+    std::array<Column, max_unknowns> column;
+    int count = 0;
+    void add(const Column& c) { column[static_cast<std::size_t>(count++)] = c; }
+    const Column& at(int i) const { return column[static_cast<std::size_t>(i)]; }
 };
 
 class Search {
@@ -51,11 +59,11 @@ class Search {
     void fill_gram(const Device& device, const cl::Program& gram_program,
                    const std::vector<Objective*>& single);
     double inner(const Column& a, const Column& b) const;
-    double solve(const std::vector<Column>& columns, Eigen::MatrixXd* coefficients) const;
-    Combination relaxed(const std::vector<int>& settled, const std::vector<double>& shares,
-                        int added, int added_lobe) const;
-    Combination relaxed_pair(int first, int second) const;
+    double solve(const Columns& columns, SmallVector& strengths) const;
+    double relaxed(Combination& combination, unsigned added) const;
     void refine(Combination& combination) const;
+    template <typename Make>
+    std::vector<Combination> best_of(std::size_t count, unsigned added, Make make) const;
     std::vector<Combination> extended(const std::vector<Combination>& base, std::size_t lobe) const;
     std::vector<Combination> best_sets() const;
     bool neighbours(const Combination& a, const Combination& b) const;
@@ -238,96 +246,64 @@ double Search::inner(const Column& a, const Column& b) const {
            a.share * ((1 - b.share) * gram_(a.high, b.low) + b.share * gram_(a.high, b.high));
 }
 
-// Squared error over all channels of the best non-negative coefficients of the columns.
-double Search::solve(const std::vector<Column>& columns, Eigen::MatrixXd* coefficients) const {
-    const int n = static_cast<int>(columns.size());
+// Squared error over all channels of the best non-negative coefficients of the columns, and the sum
+// over the channels of these.
+double Search::solve(const Columns& columns, SmallVector& strengths) const {
+    const int n = columns.count;
     SmallMatrix gram(n, n);
     SmallVector projected(n);
     const SmallVector reference = SmallVector::Zero(n);
+    strengths = reference;
     for (int i = 0; i < n; ++i)
         for (int j = 0; j <= i; ++j)
-            gram(i, j) = gram(j, i) =
-                inner(columns[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]);
+            gram(i, j) = gram(j, i) = inner(columns.at(i), columns.at(j));
     if (!gram.allFinite())
         return std::numeric_limits<double>::infinity();
     double error = 0;
     for (int ch = 0; ch < channels_; ++ch) {
         for (int i = 0; i < n; ++i)
-            projected[i] = inner(columns[static_cast<std::size_t>(i)], {ch, ch, 0});
+            projected[i] = inner(columns.at(i), {ch, ch, 0});
         const NonNegativeSolution solution =
             solve_nonnegative(gram, projected, gram_(ch, ch), reference);
         error += solution.squared_error;
-        if (coefficients != nullptr)
-            coefficients->row(ch) = solution.a.transpose();
+        strengths += solution.a;
     }
     return error;
 }
 
-// The combination of the settled lobes with one more, whose f0 each channel may choose: a lower
-// bound of its error, and the share of f0 that the channels agree on best.
-Combination Search::relaxed(const std::vector<int>& settled, const std::vector<double>& shares,
-                            int added, int added_lobe) const {
-    std::vector<Column> columns{{channels_, channels_, 0}};
-    for (std::size_t l = 0; l < settled.size(); ++l)
-        if (settled[l] >= 0) {
-            const Shape& shape = shapes_[static_cast<std::size_t>(settled[l])];
-            columns.push_back({shape.low_row, shape.high_row, shares[l]});
+// Squared error of the combination where each channel may choose the f0 of the lobes `added` (a bit
+// mask): a lower bound of its error. Sets these lobes' shares to what the channels agree on best.
+double Search::relaxed(Combination& combination, unsigned added) const {
+    Columns columns;
+    columns.add({channels_, channels_, 0});
+    const std::size_t lobes = combination.shapes.size();
+    for (std::size_t l = 0; l < lobes; ++l) {
+        const Shape& shape = shapes_[static_cast<std::size_t>(combination.shapes[l])];
+        if ((added >> l & 1U) == 0 || !shape.mixed()) {
+            columns.add({shape.low_row, shape.high_row, combination.shares[l]});
+        } else {
+            columns.add({shape.low_row, shape.low_row, 0});
+            columns.add({shape.high_row, shape.high_row, 0});
         }
-    const Shape& shape = shapes_[static_cast<std::size_t>(added)];
-    const auto low = static_cast<Eigen::Index>(columns.size());
-    columns.push_back({shape.low_row, shape.low_row, 0});
-    if (shape.mixed())
-        columns.push_back({shape.high_row, shape.high_row, 0});
-    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(channels_, static_cast<Eigen::Index>(columns.size()));
-    Combination combination{settled, shares, solve(columns, &a)};
-    const auto lobe = static_cast<std::size_t>(added_lobe);
-    if (lobe == combination.shapes.size()) {
-        combination.shapes.push_back(added);
-        combination.shares.push_back(0);
     }
-    combination.shapes[lobe] = added;
-    if (shape.mixed()) {
-        const double both = a.col(low).sum() + a.col(low + 1).sum();
-        combination.shares[lobe] = both > 0 ? a.col(low + 1).sum() / both : 0.5;
-    }
-    return combination;
-}
-
-// Two lobes whose f0 each channel may choose.
-Combination Search::relaxed_pair(int first, int second) const {
-    std::vector<Column> columns{{channels_, channels_, 0}};
-    for (const int s : {first, second}) {
-        const Shape& shape = shapes_[static_cast<std::size_t>(s)];
-        columns.push_back({shape.low_row, shape.low_row, 0});
-        if (shape.mixed())
-            columns.push_back({shape.high_row, shape.high_row, 0});
-    }
-    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(channels_, static_cast<Eigen::Index>(columns.size()));
-    Combination combination{{first, second}, {0, 0}, solve(columns, &a)};
-    Eigen::Index column = 1;
-    for (std::size_t l = 0; l < 2; ++l) {
-        if (!shapes_[static_cast<std::size_t>(combination.shapes[l])].mixed()) {
-            ++column;
+    SmallVector strengths;
+    const double error = solve(columns, strengths);
+    int column = 1;
+    for (std::size_t l = 0; l < lobes; ++l, ++column) {
+        if ((added >> l & 1U) == 0 ||
+            !shapes_[static_cast<std::size_t>(combination.shapes[l])].mixed())
             continue;
-        }
-        const double both = a.col(column).sum() + a.col(column + 1).sum();
-        combination.shares[l] = both > 0 ? a.col(column + 1).sum() / both : 0.5;
-        column += 2;
+        const double both = strengths[column] + strengths[column + 1];
+        combination.shares[l] = both > 0 ? strengths[column + 1] / both : 0.5;
+        ++column;
     }
-    return combination;
+    return error;
 }
 
 // Moves the shares of f0, one lobe at a time, to the best of a few; sets the error without
 // relaxation.
 void Search::refine(Combination& combination) const {
-    const auto error = [&] {
-        std::vector<Column> columns{{channels_, channels_, 0}};
-        for (std::size_t l = 0; l < combination.shapes.size(); ++l) {
-            const Shape& shape = shapes_[static_cast<std::size_t>(combination.shapes[l])];
-            columns.push_back({shape.low_row, shape.high_row, combination.shares[l]});
-        }
-        return solve(columns, nullptr);
-    };
+    const auto error = [&] { return relaxed(combination, 0); };
     combination.squared_error = error();
     for (int sweep = 0; sweep < 2; ++sweep)
         for (std::size_t l = 0; l < combination.shapes.size(); ++l) {
@@ -346,62 +322,69 @@ void Search::refine(Combination& combination) const {
         }
 }
 
-void keep_best(std::vector<Combination>& combinations, std::size_t count) {
-    count = std::min(count, combinations.size());
-    std::partial_sort(combinations.begin(),
-                      combinations.begin() + static_cast<std::ptrdiff_t>(count), combinations.end(),
-                      [](const Combination& a, const Combination& b) {
-                          return a.squared_error != b.squared_error
-                                     ? a.squared_error < b.squared_error
-                                     : a.shapes < b.shapes;
+// The best of `count` combinations, each made by `make(i)` with the lobes `added` new to it, by
+// their relaxed errors; then with f0 refined. Only the errors of all are kept.
+template <typename Make>
+std::vector<Combination> Search::best_of(std::size_t count, unsigned added, Make make) const {
+    std::vector<double> errors(count);
+    parallel_pieces(count, 64, [&](std::size_t begin, std::size_t end) {
+        Combination combination;
+        for (std::size_t i = begin; i < end; ++i) {
+            make(i, combination);
+            errors[i] = relaxed(combination, added);
+        }
+    });
+    std::vector<std::size_t> order(count);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const std::size_t kept = std::min(refined, count);
+    std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(kept), order.end(),
+                      [&](std::size_t a, std::size_t b) {
+                          return errors[a] != errors[b] ? errors[a] < errors[b] : a < b;
                       });
-    combinations.resize(count);
+    std::vector<Combination> best(kept);
+    parallel_pieces(kept, 4, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            make(order[i], best[i]);
+            relaxed(best[i], added);
+            refine(best[i]);
+        }
+    });
+    std::stable_sort(best.begin(), best.end(), [](const Combination& a, const Combination& b) {
+        return a.squared_error < b.squared_error;
+    });
+    return best;
 }
 
-// Every combination of `base` with every shape of lobe `lobe`; the best ones, with f0 refined.
+// The best of every combination in `base` with every shape in place `lobe`, which is added or,
+// where it is there already, replaced.
 std::vector<Combination> Search::extended(const std::vector<Combination>& base,
                                           std::size_t lobe) const {
     const Range range = grid_[lobe];
     const auto shapes = static_cast<std::size_t>(range.end - range.begin);
-    std::vector<Combination> all(base.size() * shapes);
-    parallel_pieces(all.size(), 32, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const Combination& from = base[i / shapes];
-            all[i] = relaxed(from.shapes, from.shares, range.begin + static_cast<int>(i % shapes),
-                             static_cast<int>(lobe));
-        }
+    return best_of(base.size() * shapes, 1U << lobe, [&](std::size_t i, Combination& combination) {
+        combination = base[i / shapes];
+        combination.shapes.resize(std::max(lobe + 1, combination.shapes.size()));
+        combination.shares.resize(combination.shapes.size());
+        combination.shapes[lobe] = range.begin + static_cast<int>(i % shapes);
     });
-    keep_best(all, refined);
-    parallel_pieces(all.size(), 4, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            refine(all[i]);
-    });
-    keep_best(all, refined);
-    return all;
 }
 
-// The best combinations of all lobes.
+// The best combinations of all lobes: one and two exhaustively.
 std::vector<Combination> Search::best_sets() const {
     if (grid_.size() == 1)
-        return extended({Combination{{}, {}, 0}}, 0);
+        return extended({Combination{}}, 0);
     std::vector<std::pair<int, int>> pairs;
     const bool twins = grid_[0].begin == grid_[1].begin;
     for (int i = grid_[0].begin; i < grid_[0].end; ++i)
         for (int j = twins ? i + 1 : grid_[1].begin; j < grid_[1].end; ++j)
             pairs.emplace_back(i, j);
-    std::vector<Combination> sets(pairs.size());
-    parallel_pieces(pairs.size(), 64, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            sets[i] = relaxed_pair(pairs[i].first, pairs[i].second);
-    });
-    keep_best(sets, refined);
-    parallel_pieces(sets.size(), 4, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            refine(sets[i]);
-    });
-    keep_best(sets, refined);
+    std::vector<Combination> sets =
+        best_of(pairs.size(), 3U, [&](std::size_t i, Combination& combination) {
+            combination.shapes = {pairs[i].first, pairs[i].second};
+            combination.shares = {0, 0};
+        });
     for (std::size_t l = 2; l < grid_.size(); ++l) {
-        keep_best(sets, beam);
+        sets.resize(std::min(sets.size(), beam));
         sets = extended(sets, l);
     }
     return sets;

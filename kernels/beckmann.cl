@@ -33,12 +33,3 @@ static inline real beckmann(const real* plane, real exponent, __constant const f
     return exp(exponent - tx - ty) * (ix * iy);
 #endif
 }
-
-// Multiplies the derivatives of log g by g.
-static inline void beckmann_scale(real g, real* d)
-{
-    d[0] *= g;
-#if ROUGHNESSES == 2
-    d[1] *= g;
-#endif
-}

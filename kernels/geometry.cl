@@ -63,3 +63,10 @@ static inline geometry above_horizon(geometry q, mask above)
 
 // A BRDF value: 0 below the horizon, finite above it.
 static inline real finite_above(real f, mask above) { return above ? fmin(f, (real)(FLT_MAX)) : (real)(0.0f); }
+
+// Turns the derivatives of log g by the roughnesses or exponents into those of g.
+static inline void scale_by(real g, real* d)
+{
+    for (int k = 0; k < ROUGHNESSES; ++k)
+        d[k] *= g;
+}

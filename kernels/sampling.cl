@@ -105,6 +105,17 @@ static inline real beckmann_density(geometry q, float mx, float my)
     return exp(-t - 3.0f * log_hz(q) - log(q.c)) * (0.25f / PI / mx / my);
 }
 
+// NAME_sample and NAME_density of a model whose half vectors come from D hz of roughnesses MX, MY.
+#define SAMPLES_BECKMANN(NAME, MX, MY)                                                             \
+    static inline geometry NAME##_sample(vector wo, __constant const float* theta, real u1, real u2) \
+    {                                                                                              \
+        return beckmann_sample(wo, MX, MY, u1, u2);                                                \
+    }                                                                                              \
+    static inline real NAME##_density(geometry q, __constant const float* theta)                   \
+    {                                                                                              \
+        return beckmann_density(q, MX, MY);                                                        \
+    }
+
 // Half vector of azimuth (cosine, sine), not normalised, and log(hz) <= 0.
 static inline vector half_of_log(real cosine, real sine, real log_z)
 {

@@ -8,3 +8,10 @@ static inline real schlick_p5(geometry q)
 }
 
 static inline real schlick(real p5, float f0) { return f0 + (1.0f - f0) * p5; }
+
+// F s, and in *by_f0 its derivative: how every lobe with Schlick's F ends.
+static inline real schlick_times(real p5, float f0, real s, real* by_f0)
+{
+    *by_f0 = (1.0f - p5) * s;
+    return schlick(p5, f0) * s;
+}

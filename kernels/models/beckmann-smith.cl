@@ -53,8 +53,7 @@ static inline real beckmann_smith(const real* plane, __constant const float* the
     const real inverse_g2 =
         1.0f + beckmann_lambda(inverse2_i, &slope_i) + beckmann_lambda(inverse2_o, &slope_o);
     const real s = beckmann(plane, plane[ROUGHNESSES], theta + 1, d + 1) / inverse_g2;
-    const real g = schlick(p5, theta[0]) * s;
-    d[0] = (1.0f - p5) * s;
+    const real g = schlick_times(p5, theta[0], s, d);
     for (int k = 0; k < ROUGHNESSES; ++k) {
         const float m = theta[1 + k];
         // d log a / d m = -m tan_k^2 / (1/a^2)

@@ -20,19 +20,10 @@ static inline real cook_torrance(const real* plane, __constant const float* thet
     const real t = plane[0] * (inverse * inverse);
     const real p5 = plane[2];
     const real s = exp(plane[1] - t) * (inverse * inverse);
-    const real g = schlick(p5, theta[0]) * s;
-    d[0] = (1.0f - p5) * s;
+    const real g = schlick_times(p5, theta[0], s, d);
     d[1] = (2.0f * inverse) * (t - 1.0f) * g;
     return g;
 }
 
 // Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
-static inline geometry cook_torrance_sample(vector wo, __constant const float* theta, real u1, real u2)
-{
-    return beckmann_sample(wo, theta[1], theta[1], u1, u2);
-}
-
-static inline real cook_torrance_density(geometry q, __constant const float* theta)
-{
-    return beckmann_density(q, theta[1], theta[1]);
-}
+SAMPLES_BECKMANN(cook_torrance, theta[1], theta[1])

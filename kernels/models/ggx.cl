@@ -44,8 +44,7 @@ static inline real ggx(const real* plane, __constant const float* theta, real* d
     a_o = sqrt(a_o);
     const real inverse_v = 1.0f / (oz * a_i + iz * a_o);
     const real s = (0.5f / PI / product) * inverse_v / (e * e);
-    const real g = schlick(p5, theta[0]) * s;
-    d[0] = (1.0f - p5) * s;
+    const real g = schlick_times(p5, theta[0], s, d);
     for (int k = 0; k < ROUGHNESSES; ++k) {
         const float a = theta[1 + k];
         const real by_e = plane[3 * k] * (4.0f / (a * a * a)) / e;

@@ -17,20 +17,11 @@ static inline real kurt(const real* plane, __constant const float* theta, real* 
     const real minus_log_iz_oz = plane[ROUGHNESSES + 1];
     const real p5 = plane[ROUGHNESSES + 2];
     const real s = beckmann(plane, plane[ROUGHNESSES] + alpha * minus_log_iz_oz, theta + 1, d + 1);
-    const real g = schlick(p5, f0) * s;
-    d[0] = (1.0f - p5) * s;
-    beckmann_scale(g, d + 1);
+    const real g = schlick_times(p5, f0, s, d);
+    scale_by(g, d + 1);
     d[1 + ROUGHNESSES] = g * minus_log_iz_oz;
     return g;
 }
 
 // Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
-static inline geometry kurt_sample(vector wo, __constant const float* theta, real u1, real u2)
-{
-    return beckmann_sample(wo, theta[1], theta[2], u1, u2);
-}
-
-static inline real kurt_density(geometry q, __constant const float* theta)
-{
-    return beckmann_density(q, theta[1], theta[2]);
-}
+SAMPLES_BECKMANN(kurt, theta[1], theta[2])

@@ -10,17 +10,9 @@ static inline void ward_duer_prepare(geometry q, real* plane)
 static inline real ward_duer(const real* plane, __constant const float* theta, real* d)
 {
     const real g = beckmann(plane, plane[ROUGHNESSES], theta, d);
-    beckmann_scale(g, d);
+    scale_by(g, d);
     return g;
 }
 
 // Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
-static inline geometry ward_duer_sample(vector wo, __constant const float* theta, real u1, real u2)
-{
-    return beckmann_sample(wo, theta[0], theta[1], u1, u2);
-}
-
-static inline real ward_duer_density(geometry q, __constant const float* theta)
-{
-    return beckmann_density(q, theta[0], theta[1]);
-}
+SAMPLES_BECKMANN(ward_duer, theta[0], theta[1])

@@ -11,17 +11,9 @@ static inline void ward_gmd_prepare(geometry q, real* plane)
 static inline real ward_gmd(const real* plane, __constant const float* theta, real* d)
 {
     const real g = beckmann(plane, plane[ROUGHNESSES], theta, d);
-    beckmann_scale(g, d);
+    scale_by(g, d);
     return g;
 }
 
 // Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
-static inline geometry ward_gmd_sample(vector wo, __constant const float* theta, real u1, real u2)
-{
-    return beckmann_sample(wo, theta[0], theta[1], u1, u2);
-}
-
-static inline real ward_gmd_density(geometry q, __constant const float* theta)
-{
-    return beckmann_density(q, theta[0], theta[1]);
-}
+SAMPLES_BECKMANN(ward_gmd, theta[0], theta[1])
