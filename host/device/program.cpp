@@ -52,8 +52,9 @@ std::string generated_text(const Structure& structure) {
         bases += fmt::format("{}, ", entry.basis);
     std::string text = fmt::format("#line 1 \"generated\"\n"
                                    "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
-                                   "#define ENTRY_BASIS {{{}0}}\n",
-                                   layout.basis, layout.entries.size(), layout.planes, bases);
+                                   "#define PARAMETERS {}\n#define ENTRY_BASIS {{{}0}}\n",
+                                   layout.basis, layout.entries.size(), layout.planes,
+                                   std::max<std::size_t>(1, layout.parameters.size()), bases);
     text += "static inline void material_prepare(geometry q, real* plane)\n{\n";
     for (const PlacedModel& p : placed)
         text +=
@@ -191,6 +192,12 @@ cl::Program build_program(const Device& device, const Structure& structure, int 
 cl::Program build_sample_program(const Device& device, const Structure& structure) {
     const std::string text = model_text(structure) + with_line("random.cl") +
                              generated_sampling(structure) + with_line("sample.cl");
+    return built(device, text, structure.name());
+}
+
+cl::Program build_albedo_program(const Device& device, const Structure& structure) {
+    const std::string text = model_text(structure) + with_line("random.cl") +
+                             generated_sampling(structure) + with_line("albedo.cl");
     return built(device, text, structure.name());
 }
 
