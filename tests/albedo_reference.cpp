@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 namespace brdfit::test {
 
@@ -45,6 +46,29 @@ std::vector<double> azimuths(double narrow) {
     return breaks;
 }
 
+/// Adds the r below the last break at which iz = oz, or one of Cook and Torrance's 2 hz oz = c and
+/// 2 hz iz = c holds, on the azimuth where ox cos(phi) = x.
+void add_kinks(double x, double oz, std::vector<double>& breaks) {
+    const std::array<std::function<double(double)>, 3> signs = {
+        [=](double r) { return x * r + oz - oz * (1 + r * r); },
+        [=](double r) { return x * r - oz; },
+        [=](double r) { return (x * r + oz) * (3 - r * r) - 2 * oz * (1 + r * r); },
+    };
+    std::sort(breaks.begin(), breaks.end());
+    const std::vector<double> old = breaks;
+    for (const auto& sign : signs)
+        for (std::size_t i = 1; i < old.size(); ++i) {
+            double lower = old[i - 1], upper = old[i];
+            if ((sign(lower) > 0) == (sign(upper) > 0))
+                continue;
+            for (int k = 0; k < 50; ++k) {
+                const double middle = (lower + upper) / 2;
+                ((sign(lower) > 0) == (sign(middle) > 0) ? lower : upper) = middle;
+            }
+            breaks.push_back(lower);
+        }
+}
+
 /// Calls body(p, q, weight) over the half vector's slopes (p, q) for which wi is above the horizon;
 /// weight is the solid angle of wi. The viewer is (ox, 0, oz).
 template <typename Body>
@@ -54,14 +78,12 @@ void over_slopes(double ox, double oz, double scale, bool kinks, Body body) {
         // iz = 2 (ox p + oz) / (1 + r^2) - oz is positive below this r.
         const double end = x > 0 ? (x + std::hypot(x, oz)) / oz : oz / (std::hypot(x, oz) - x);
         std::vector<double> breaks{0, end};
-        for (double r = scale / 16; r < end && r < 256 * scale; r *= 2)
+        for (double r = scale / 16; r < end; r *= 2)
             breaks.push_back(r);
         for (double d = end / 2; d > 1e-9 * end; d /= d > 1e-3 * end ? 2 : 8)
             breaks.push_back(end - d);
-        if (kinks && x > 0)
-            for (const double r : {x / oz, oz / x})
-                if (r < end)
-                    breaks.push_back(r);
+        if (kinks)
+            add_kinks(x, oz, breaks);
         over_panels(breaks, [&](double r, double r_weight) {
             const double p = r * std::cos(phi), q = r * std::sin(phi), s2 = 1 + r * r;
             // dw_h = r dr dphi / s^3, dw_i = 4 c dw_h, c = (ox p + oz) / s
