@@ -2,30 +2,43 @@
 // parameters at once. After the generated text (see host/device/program.cpp) that also defines
 //     component_sample(j, wo, theta, u1, u2)    wi of component j: 0 diffuse, 1.. lobes
 //     component_densities(q, theta, p)          p[j], its density
-// A task is an integral: tasks[4t..] = component j, strategy, first and number of its samples;
+// A task is an integral: tasks[t] = component j, strategy + 4 power, first and number of its samples;
 // wo[t] = direction, and in w an index of refraction or 0; thetas[t * PARAMETERS..] its parameters.
 
 #define OWN 0          // the component's own sampler alone
 #define OWN_SHARED 1   // own sampler, weighed against the horizon's
 #define HORIZON 2      // the horizon's sampler, weighed against the component's own
+#define CLIPPED 3      // own sampler, with u1 from above where wi meets the horizon
 
-// wi = u1^HORIZON_POWER above the horizon at a uniform azimuth: bounds weights of components that grow
-// towards the horizon up to iz^(1 / HORIZON_POWER - 1).
-#define HORIZON_POWER 16.0f
-
-static inline geometry horizon_sample(vector wo, real u1, real u2)
+// iz = u1^power at a uniform azimuth. Weighed against this, a component that grows towards the
+// horizon less than iz^(1 / power - 1) vanishes there.
+static inline geometry horizon_sample(vector wo, float power, real u1, real u2)
 {
     real cosine;
     const real sine = sine_of_turns(u2, &cosine);
-    const real z = exp(HORIZON_POWER * log(u1));
+    const real z = exp(power * log(u1));
     const real r = sqrt((1.0f - z) * (1.0f + z));
     const vector wi = {r * cosine, r * sine, z};
     return between(wi, wo);
 }
 
-static inline real horizon_density(geometry q)
+static inline real horizon_density(geometry q, float power)
 {
-    return (0.5f / PI / HORIZON_POWER) * exp((1.0f / HORIZON_POWER - 1.0f) * log(q.wi_z));
+    return (0.5f / PI / power) * exp((1.0f / power - 1.0f) * log(q.wi_z));
+}
+
+// The u1 above which wi is above the horizon (see kernels/sampling.cl), to float32's resolution.
+static inline real rising(int j, vector wo, __constant const float* theta, real u2)
+{
+    real lower = 0.0f;
+    real upper = 1.0f;
+    for (int k = 0; k < 24; ++k) {
+        const real middle = 0.5f * (lower + upper);
+        const mask above = component_sample(j, wo, theta, middle, u2).wi_z > 0.0f;
+        upper = above ? middle : upper;
+        lower = above ? lower : middle;
+    }
+    return upper;
 }
 
 // Fresnel's reflectance of unpolarised light at a dielectric, 1 where it reflects totally.
@@ -51,7 +64,8 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
     const uint group = get_group_id(0);
     const uint4 task = tasks[t];
     const int j = task.x;
-    const uint strategy = task.y;
+    const uint strategy = task.y % 4;
+    const float power = task.y / 4;
     const uint2 key = keys[group % replicates];
     const uint begin = group / replicates * part;
     const uint end = min(begin + part, task.w);
@@ -61,9 +75,15 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
     real sum[2] = {0.0f, 0.0f};
     for (uint i = begin + get_local_id(0) * V; i < end; i += LS * V) {
         const ureal index = task.z + i + lane_numbers();
-        const real u1 = unit_interval(sobol_0(index, key.x));
+        real u1 = unit_interval(sobol_0(index, key.x));
         const real u2 = unit_interval(sobol_1(index, key.y));
-        geometry q = strategy == HORIZON ? horizon_sample(wo, u1, u2)
+        real share = 1.0f;
+        if (strategy == CLIPPED) {
+            const real from = rising(j, wo, theta, u2);
+            share -= from;
+            u1 = from + share * u1;
+        }
+        geometry q = strategy == HORIZON ? horizon_sample(wo, power, u1, u2)
                                          : component_sample(j, wo, theta, u1, u2);
         const mask above = q.wi_z > 0.0f && q.c > 0.0f;
         q = above_horizon(q, above);
@@ -72,9 +92,9 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
         material_basis(plane, theta, b, d);
         component_densities(q, theta, p);
         const real density = fmin(p[j], (real)(FLT_MAX)) +
-                             (strategy == OWN ? (real)(0.0f) : horizon_density(q));
+                             (power == 0.0f ? (real)(0.0f) : horizon_density(q, power));
         const real weight = above && density > 0.0f
-                                ? fmin(fmin(b[j], (real)(FLT_MAX)) * (q.wi_z / density), (real)(1e30f))
+                                ? fmin(share * fmin(b[j], (real)(FLT_MAX)) * (q.wi_z / density), (real)(1e30f))
                                 : (real)(0.0f);
         sum[0] += weight;
         sum[1] += weight * (w.w > 0.0f ? dielectric(q.c, w.w) : schlick_p5(q));

@@ -14,6 +14,13 @@ typedef JOIN(float, V) real;
 typedef JOIN(int, V) mask;
 #endif
 
+// Whether any lane of a comparison holds.
+#if V == 1
+static inline bool any_of(mask x) { return x != 0; }
+#else
+static inline bool any_of(mask x) { return any(x); }
+#endif
+
 #define PI 3.14159265358979f
 
 #if V == 1

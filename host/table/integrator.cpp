@@ -13,22 +13,35 @@ namespace {
 
 /// Independent scramblings of an integral's points.
 constexpr std::size_t replicates = 16;
-constexpr cl_uint fewest_points = 256; ///< of a replicate, a multiple of every form's V
+/// Points of a replicate in the first round, and before any integral is done; multiples of V.
+constexpr cl_uint first_points = 128, fewest_points = 512;
 constexpr auto most_replicate_points =
     static_cast<cl_uint>(AlbedoIntegrator::most_points / replicates);
+/// What is stated as the error, in standard deviations of the replicates: six standard errors of their
+/// mean. The largest of thousands of integrals must be covered, skewed ones among them.
+constexpr double stated_deviations = 1.5;
+/// An error that falls faster than this from one doubling to the next is not believed: scrambled Sobol
+/// points reach N^-1.5 on smooth functions, and estimates can agree by chance.
+constexpr double steepest_fall = 2.83;
 /// Points that a group sums in float32.
 constexpr cl_uint group_points = 1024;
 /// Tasks a launch: their parameters fit into any device's constant memory.
 constexpr std::size_t tasks_a_launch = 1024;
 /// As in kernels/albedo.cl.
-enum Strategy : cl_uint { Own, OwnShared, Horizon };
+enum Strategy : cl_uint { Own, OwnShared, Horizon, Clipped };
 constexpr double near = 1e-12, nearer = 1e-18;
-/// From this growth towards the horizon, in powers of 1/iz, points are needed there.
-constexpr double horizon_growth = 0.05;
+/// A component that does not vanish at the horizon like iz^vanishing at least, but is cut off by it, is
+/// integrated up to it with care; one that grows faster than iz^-vanishing has points there as well,
+/// iz = u^power, by how fast it grows.
+constexpr double vanishing = 0.1, fast_growth = 0.6;
+constexpr cl_uint slow_power = 4, fast_power = 16;
+/// What it may add to the albedo, of the tolerance, without that.
+constexpr double negligible = 1e-2;
 /// The least iz that float32 holds: what lies below is missed.
 constexpr double least_iz = 1e-37;
 /// wo.z that stand for the limit, and what the albedo may grow by from one to the other.
 constexpr double towards_horizon = 1e-6, at_horizon = 1e-10, limit_growth = 1e-3;
+constexpr double pi = 3.14159265358979323846;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 std::uint32_t scramble(std::uint32_t x) { // the finaliser of MurmurHash3
@@ -50,10 +63,18 @@ struct AlbedoIntegrator::Running {
     const AlbedoTask* task;
     AlbedoTask own;           ///< what task points to where it is not the caller's
     double relative = 0;      ///< tolerance relative to the value, besides the task's
-    bool at_horizon = false;  ///< whether points near the horizon of wi are needed
+    bool cut = false;         ///< whether the horizon cuts the component off
+    cl_uint power = 0;        ///< of points near the horizon of wi; 0: none are needed
+    double spread = 0;        ///< of the replicates, as it is believed
     double missed = 0;        ///< part of the value that lies too near the horizon to be seen
     std::array<std::array<double, 2>, replicates> sums{};
     AlbedoValue value{};
+
+    bool has(cl_uint strategy) const {
+        if (power > 0)
+            return strategy == OwnShared || strategy == Horizon;
+        return strategy == (cut ? Clipped : Own);
+    }
 };
 
 AlbedoIntegrator::AlbedoIntegrator(const Device& device, Structure structure,
@@ -76,8 +97,9 @@ AlbedoIntegrator::AlbedoIntegrator(const Device& device, Structure structure,
         make_buffer(device_, tasks_a_launch * parameters_ * sizeof(cl_float), CL_MEM_READ_ONLY);
 }
 
-void AlbedoIntegrator::upload_tasks(const std::vector<const AlbedoTask*>& tasks, cl_uint strategy,
-                                    cl_uint first, cl_uint count) {
+void AlbedoIntegrator::upload_tasks(const std::vector<const AlbedoTask*>& tasks,
+                                    const std::vector<cl_uint>& strategies, cl_uint first,
+                                    cl_uint count) {
     std::vector<cl_float4> directions(tasks.size());
     std::vector<cl_uint4> numbers(tasks.size());
     std::vector<cl_float> thetas(tasks.size() * parameters_);
@@ -85,7 +107,7 @@ void AlbedoIntegrator::upload_tasks(const std::vector<const AlbedoTask*>& tasks,
         for (std::size_t k = 0; k < 3; ++k)
             directions[t].s[k] = static_cast<cl_float>(tasks[t]->wo[k]);
         directions[t].s[3] = static_cast<cl_float>(tasks[t]->ior);
-        numbers[t] = {{static_cast<cl_uint>(component_), strategy, first, count}};
+        numbers[t] = {{static_cast<cl_uint>(component_), strategies[t], first, count}};
         for (std::size_t k = 0; k < tasks[t]->theta.size(); ++k)
             thetas[t * parameters_ + k] = static_cast<cl_float>(tasks[t]->theta[k]);
     }
@@ -104,7 +126,7 @@ std::vector<float> AlbedoIntegrator::horizon_values(const std::vector<AlbedoTask
         std::vector<const AlbedoTask*> launch;
         for (std::size_t t = begin; t < std::min(tasks.size(), begin + tasks_a_launch); ++t)
             launch.push_back(&tasks[t]);
-        upload_tasks(launch, Own, 0, 0);
+        upload_tasks(launch, std::vector<cl_uint>(launch.size(), Own), 0, 0);
         const cl::Buffer out =
             make_buffer(device_, launch.size() * 2 * sizeof(float), CL_MEM_WRITE_ONLY);
         horizon_.setArg(0, directions_);
@@ -134,17 +156,19 @@ void AlbedoIntegrator::add_points(const std::vector<Running*>& tasks, cl_uint fi
         out_ = make_buffer(device_, launch_tasks * groups * 2 * sizeof(float), CL_MEM_WRITE_ONLY);
     for (std::size_t begin = 0; begin < tasks.size(); begin += launch_tasks) {
         const std::size_t size = std::min(launch_tasks, tasks.size() - begin);
-        for (const Strategy strategy : {Own, OwnShared, Horizon}) {
+        for (const Strategy strategy : {Own, OwnShared, Horizon, Clipped}) {
             std::vector<Running*> launch;
             std::vector<const AlbedoTask*> wanted;
+            std::vector<cl_uint> strategies;
             for (std::size_t t = begin; t < begin + size; ++t)
-                if (tasks[t]->at_horizon == (strategy != Own)) {
+                if (tasks[t]->has(strategy)) {
                     launch.push_back(tasks[t]);
                     wanted.push_back(tasks[t]->task);
+                    strategies.push_back(strategy + 4 * tasks[t]->power);
                 }
             if (launch.empty())
                 continue;
-            upload_tasks(wanted, strategy, first, count);
+            upload_tasks(wanted, strategies, first, count);
             albedo_.setArg(0, directions_);
             albedo_.setArg(1, tasks_);
             albedo_.setArg(2, thetas_);
@@ -181,13 +205,20 @@ void AlbedoIntegrator::integrate(std::vector<Running>& running) {
             r.value = {infinity, infinity, 0, true};
             continue;
         }
-        r.at_horizon = growth > horizon_growth;
-        r.missed = r.at_horizon ? std::pow(least_iz, 1 - growth) : 0;
+        // The integral of at_near (iz / near)^-growth over the hemisphere.
+        const double share = 2 * pi * at_near * std::pow(near, growth) / (1 - growth);
+        if (growth > -vanishing && share > negligible * r.task->tolerance) {
+            r.cut = growth < vanishing;
+            if (!r.cut) {
+                r.power = growth > fast_growth ? fast_power : slow_power;
+                r.missed = std::pow(least_iz, 1 - growth);
+            }
+        }
         open.push_back(&r);
     }
     cl_uint points = 0;
     while (!open.empty() && points < most_replicate_points) {
-        const cl_uint more = std::max(points, fewest_points);
+        const cl_uint more = std::max(points, first_points);
         add_points(open, points, more);
         points += more;
         std::vector<Running*> next;
@@ -203,16 +234,21 @@ void AlbedoIntegrator::integrate(std::vector<Running>& running) {
             double spread = 0;
             for (std::size_t k = 0; k < 3; ++k)
                 spread = std::max(spread, square[k] - mean[k] * mean[k]);
-            spread = std::sqrt(spread * replicates / (replicates - 1));
+            spread = std::max(stated_deviations *
+                                  std::sqrt(std::max(0.0, spread) * replicates / (replicates - 1)),
+                              r->spread / steepest_fall);
+            r->spread = spread;
             const double systematic = (single_precision + r->missed) * mean[0];
+            const bool last = points >= most_replicate_points;
             AlbedoValue& value = r->value;
             value.all = mean[0];
             value.weighted = mean[1];
             value.error = spread + systematic;
             value.reached =
                 value.error <= std::max(r->task->tolerance, r->relative * mean[0]) ||
-                (r->missed == 0 && spread <= single_precision * mean[0]);
-            if (!value.reached)
+                spread <= single_precision * mean[0] ||
+                (last && value.error <= r->task->tolerance * std::max(1.0, mean[0]));
+            if (!value.reached || points < fewest_points)
                 next.push_back(r);
         }
         open = std::move(next);

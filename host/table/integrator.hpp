@@ -35,7 +35,7 @@ struct AlbedoValue {
 /// device, many directions and parameters at once. Each integral is estimated with independent
 /// scramblings and goes on, doubling its points, until their spread says that the tolerance is
 /// reached, or that single precision is (2e-6 of the value). The error stated is the spread of the
-/// estimates (four standard errors of their mean) plus that part.
+/// estimates (six standard errors of their mean) plus that part.
 /// Components that grow towards the horizon (kurt beyond alpha = 1) are sampled there as well; those
 /// that grow like 1/iz or faster have no finite albedo, and neither have those that keep growing as
 /// wo goes to the horizon.
@@ -55,8 +55,8 @@ class AlbedoIntegrator {
     void integrate(std::vector<Running>& running);
     void add_points(const std::vector<Running*>& tasks, cl_uint first, cl_uint count);
     std::vector<float> horizon_values(const std::vector<AlbedoTask>& tasks);
-    void upload_tasks(const std::vector<const AlbedoTask*>& tasks, cl_uint strategy, cl_uint first,
-                      cl_uint count);
+    void upload_tasks(const std::vector<const AlbedoTask*>& tasks,
+                      const std::vector<cl_uint>& strategies, cl_uint first, cl_uint count);
 
     Device device_;
     std::size_t component_, parameters_;
