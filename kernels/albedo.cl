@@ -10,6 +10,8 @@
 #define HORIZON 2      // the horizon's sampler, weighed against the component's own
 #define CLIPPED 3      // own sampler, with u1 from above where wi meets the horizon
 
+#define STEPS 8 // evenly spaced points along u1 that share the search for that
+
 // iz = u1^power at a uniform azimuth. Weighed against this, a component that grows towards the
 // horizon less than iz^(1 / power - 1) vanishes there.
 static inline geometry horizon_sample(vector wo, float power, real u1, real u2)
@@ -27,18 +29,33 @@ static inline real horizon_density(geometry q, float power)
     return (0.5f / PI / power) * exp((1.0f / power - 1.0f) * log(q.wi_z));
 }
 
-// The u1 above which wi is above the horizon (see kernels/sampling.cl), to float32's resolution.
+// A u1 a little below the one above which wi is above the horizon (see kernels/sampling.cl). Searched
+// in -log(u1), in which the slopes of half vectors are smooth, by secants that keep the root between
+// them and, every third step, a half.
 static inline real rising(int j, vector wo, __constant const float* theta, real u2)
 {
-    real lower = 0.0f;
-    real upper = 1.0f;
-    for (int k = 0; k < 24; ++k) {
-        const real middle = 0.5f * (lower + upper);
-        const mask above = component_sample(j, wo, theta, middle, u2).wi_z > 0.0f;
-        upper = above ? middle : upper;
-        lower = above ? lower : middle;
+    real above = 0.0f;
+    real below = 16.5f;
+    real z_above = wo.z;
+    real z_below = component_sample(j, wo, theta, exp(-below), u2).wi_z;
+    const mask crosses = z_below <= 0.0f;
+    mask was_up = z_below > 1.0f; // no
+    for (int k = 1; k < 32; ++k) {
+        const real secant = (above * z_below - below * z_above) / (z_below - z_above);
+        const mask halve = (mask)(k % 4 == 0) || !(secant > above) || !(secant < below);
+        const real at = halve ? 0.5f * (above + below) : secant;
+        const real z = component_sample(j, wo, theta, exp(-at), u2).wi_z;
+        const mask up = z > 0.0f;
+        // Illinois: an end that stays twice counts half.
+        z_above = up ? z : (k > 1 && !was_up ? 0.5f * z_above : z_above);
+        z_below = up ? (was_up ? 0.5f * z_below : z_below) : z;
+        was_up = up;
+        above = up ? at : above;
+        below = up ? below : at;
+        if (!any_of(crosses && below - above > 2e-6f * (1.0f + above)))
+            break;
     }
-    return upper;
+    return crosses ? exp(-above) : (real)(0.0f);
 }
 
 // Fresnel's reflectance of unpolarised light at a dielectric, 1 where it reflects totally.
@@ -66,6 +83,7 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
     const int j = task.x;
     const uint strategy = task.y % 4;
     const float power = task.y / 4;
+    const int steps = strategy == CLIPPED ? STEPS : 1;
     const uint2 key = keys[group % replicates];
     const uint begin = group / replicates * part;
     const uint end = min(begin + part, task.w);
@@ -75,29 +93,29 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
     real sum[2] = {0.0f, 0.0f};
     for (uint i = begin + get_local_id(0) * V; i < end; i += LS * V) {
         const ureal index = task.z + i + lane_numbers();
-        real u1 = unit_interval(sobol_0(index, key.x));
         const real u2 = unit_interval(sobol_1(index, key.y));
-        real share = 1.0f;
-        if (strategy == CLIPPED) {
-            const real from = rising(j, wo, theta, u2);
-            share -= from;
-            u1 = from + share * u1;
+        real u1 = unit_interval(sobol_0(index, key.x));
+        const real from = strategy == CLIPPED ? rising(j, wo, theta, u2) : (real)(0.0f);
+        const real share = (1.0f - from) / steps;
+        for (int step = 0; step < steps; ++step) {
+            const real u = strategy == CLIPPED ? from + (1.0f - from) * u1 : u1;
+            geometry q = strategy == HORIZON ? horizon_sample(wo, power, u, u2)
+                                             : component_sample(j, wo, theta, u, u2);
+            const mask above = q.wi_z > 0.0f && q.c > 0.0f;
+            q = above_horizon(q, above);
+            real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], p[BASIS];
+            material_prepare(q, plane);
+            material_basis(plane, theta, b, d);
+            component_densities(q, theta, p);
+            const real density = fmin(p[j], (real)(FLT_MAX)) +
+                                 (power == 0.0f ? (real)(0.0f) : horizon_density(q, power));
+            const real f = share * fmin(b[j], (real)(FLT_MAX)) * (q.wi_z / density);
+            const real weight = above && density > 0.0f ? fmin(f, (real)(1e30f)) : (real)(0.0f);
+            sum[0] += weight;
+            sum[1] += weight * (w.w > 0.0f ? dielectric(q.c, w.w) : schlick_p5(q));
+            u1 += 1.0f / STEPS;
+            u1 -= u1 < 1.0f ? (real)(0.0f) : (real)(1.0f);
         }
-        geometry q = strategy == HORIZON ? horizon_sample(wo, power, u1, u2)
-                                         : component_sample(j, wo, theta, u1, u2);
-        const mask above = q.wi_z > 0.0f && q.c > 0.0f;
-        q = above_horizon(q, above);
-        real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], p[BASIS];
-        material_prepare(q, plane);
-        material_basis(plane, theta, b, d);
-        component_densities(q, theta, p);
-        const real density = fmin(p[j], (real)(FLT_MAX)) +
-                             (power == 0.0f ? (real)(0.0f) : horizon_density(q, power));
-        const real weight = above && density > 0.0f
-                                ? fmin(share * fmin(b[j], (real)(FLT_MAX)) * (q.wi_z / density), (real)(1e30f))
-                                : (real)(0.0f);
-        sum[0] += weight;
-        sum[1] += weight * (w.w > 0.0f ? dielectric(q.c, w.w) : schlick_p5(q));
     }
     write_group_sums(sum, 2, scratch, out + ((ulong)t * get_num_groups(0) + group) * 2);
 }
@@ -108,16 +126,25 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
 #define NEARER 1e-18f
 #define HORIZON_AZIMUTHS 64
 
+// The azimuths lie closer and closer to the one opposite to wo, where sharp lobes are: half vectors turn
+// fast there.
 static inline float horizon_value(int j, vector wo, __constant const float* theta, float z)
 {
+    const real r2 = wo.x * wo.x + wo.y * wo.y;
+    const mask tilted = r2 > 0.0f;
+    const real x = tilted ? -wo.x * rsqrt(r2) : (real)(1.0f);
+    const real y = tilted ? -wo.y * rsqrt(r2) : (real)(0.0f);
     float largest = 0.0f;
     for (uint i = 0; i < HORIZON_AZIMUTHS; i += V) {
         real turns;
-        for (int lane = 0; lane < V; ++lane)
-            ((float*)&turns)[lane] = (i + lane + 0.5f) / HORIZON_AZIMUTHS;
+        for (int lane = 0; lane < V; ++lane) {
+            const float t = (i + lane + 0.5f) * (2.0f / HORIZON_AZIMUTHS) - 1.0f;
+            const float t2 = t * t;
+            ((float*)&turns)[lane] = 0.5f * t * t2 * t2;
+        }
         real cosine;
-        const real sine = sine_of_turns(turns, &cosine);
-        const vector wi = {cosine, sine, (real)(z)};
+        const real sine = sine_of_turns(fabs(turns), &cosine) * sign(turns);
+        const vector wi = {x * cosine - y * sine, x * sine + y * cosine, (real)(z)};
         const geometry q = between(wi, wo);
         real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
         material_prepare(q, plane);

@@ -111,9 +111,7 @@ double hemisphere_integral(const std::function<double(const Vector& wi)>& f, con
 double reference_albedo(const std::string& model, bool isotropic, const std::vector<double>& theta,
                         const Vector& wo, double scale) {
     return hemisphere_integral(
-        [&](const Vector& wi) {
-            return reference_value(model, isotropic, theta, wi, wo) * wi[2];
-        },
+        [&](const Vector& wi) { return reference_value(model, isotropic, theta, wi, wo) * wi[2]; },
         wo, scale, true);
 }
 

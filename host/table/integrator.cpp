@@ -14,14 +14,14 @@ namespace {
 /// Independent scramblings of an integral's points.
 constexpr std::size_t replicates = 16;
 /// Points of a replicate in the first round, and before any integral is done; multiples of V.
-constexpr cl_uint first_points = 128, fewest_points = 512;
+constexpr cl_uint first_points = 64, fewest_points = 512;
 constexpr auto most_replicate_points =
     static_cast<cl_uint>(AlbedoIntegrator::most_points / replicates);
-/// What is stated as the error, in standard deviations of the replicates: six standard errors of their
-/// mean. The largest of thousands of integrals must be covered, skewed ones among them.
+/// What is stated as the error, in standard deviations of the replicates: six standard errors of
+/// their mean. The largest of thousands of integrals must be covered, skewed ones among them.
 constexpr double stated_deviations = 1.5;
-/// An error that falls faster than this from one doubling to the next is not believed: scrambled Sobol
-/// points reach N^-1.5 on smooth functions, and estimates can agree by chance.
+/// An error that falls faster than this from one doubling to the next is not believed: scrambled
+/// Sobol points reach N^-1.5 on smooth functions, and estimates can agree by chance.
 constexpr double steepest_fall = 2.83;
 /// Points that a group sums in float32.
 constexpr cl_uint group_points = 1024;
@@ -29,10 +29,11 @@ constexpr cl_uint group_points = 1024;
 constexpr std::size_t tasks_a_launch = 1024;
 /// As in kernels/albedo.cl.
 enum Strategy : cl_uint { Own, OwnShared, Horizon, Clipped };
+constexpr cl_uint steps = 8;
 constexpr double near = 1e-12, nearer = 1e-18;
-/// A component that does not vanish at the horizon like iz^vanishing at least, but is cut off by it, is
-/// integrated up to it with care; one that grows faster than iz^-vanishing has points there as well,
-/// iz = u^power, by how fast it grows.
+/// A component that does not vanish at the horizon like iz^vanishing at least, but is cut off by
+/// it, is integrated up to it with care; one that grows faster than iz^-vanishing has points there
+/// as well, iz = u^power, by how fast it grows.
 constexpr double vanishing = 0.1, fast_growth = 0.6;
 constexpr cl_uint slow_power = 4, fast_power = 16;
 /// What it may add to the albedo, of the tolerance, without that.
@@ -61,12 +62,12 @@ Vector raised(const Vector& wo, double z) {
 /// A task on its way.
 struct AlbedoIntegrator::Running {
     const AlbedoTask* task;
-    AlbedoTask own;           ///< what task points to where it is not the caller's
-    double relative = 0;      ///< tolerance relative to the value, besides the task's
-    bool cut = false;         ///< whether the horizon cuts the component off
-    cl_uint power = 0;        ///< of points near the horizon of wi; 0: none are needed
-    double spread = 0;        ///< of the replicates, as it is believed
-    double missed = 0;        ///< part of the value that lies too near the horizon to be seen
+    AlbedoTask own;      ///< what task points to where it is not the caller's
+    double relative = 0; ///< tolerance relative to the value, besides the task's
+    bool cut = false;    ///< whether the horizon cuts the component off
+    cl_uint power = 0;   ///< of points near the horizon of wi; 0: none are needed
+    double spread = 0;   ///< of the replicates, as it is believed
+    double missed = 0;   ///< part of the value that lies too near the horizon to be seen
     std::array<std::array<double, 2>, replicates> sums{};
     AlbedoValue value{};
 
@@ -77,8 +78,7 @@ struct AlbedoIntegrator::Running {
     }
 };
 
-AlbedoIntegrator::AlbedoIntegrator(const Device& device, Structure structure,
-                                   std::size_t component)
+AlbedoIntegrator::AlbedoIntegrator(const Device& device, Structure structure, std::size_t component)
     : device_(device), component_(component) {
     structure.isotropic = false;
     parameters_ = std::max<std::size_t>(1, layout_of(structure).parameters.size());
@@ -135,9 +135,8 @@ std::vector<float> AlbedoIntegrator::horizon_values(const std::vector<AlbedoTask
         horizon_.setArg(3, static_cast<cl_uint>(launch.size()));
         horizon_.setArg(4, out);
         const auto local = static_cast<std::size_t>(device_.form.local_size);
-        device_.queue.enqueueNDRangeKernel(horizon_, cl::NullRange,
-                                           cl::NDRange(padded(launch.size(), local)),
-                                           cl::NDRange(local));
+        device_.queue.enqueueNDRangeKernel(
+            horizon_, cl::NullRange, cl::NDRange(padded(launch.size(), local)), cl::NDRange(local));
         const std::vector<float> found = download<float>(device_, out, launch.size() * 2);
         values.insert(values.end(), found.begin(), found.end());
     }
@@ -152,7 +151,8 @@ void AlbedoIntegrator::add_points(const std::vector<Running*>& tasks, cl_uint fi
     const auto local = static_cast<std::size_t>(device_.form.local_size);
     const std::size_t launch_tasks =
         std::max<std::size_t>(1, std::min(tasks_a_launch, (std::size_t{1} << 18) / groups));
-    if (out_() == nullptr || out_.getInfo<CL_MEM_SIZE>() < launch_tasks * groups * 2 * sizeof(float))
+    if (out_() == nullptr ||
+        out_.getInfo<CL_MEM_SIZE>() < launch_tasks * groups * 2 * sizeof(float))
         out_ = make_buffer(device_, launch_tasks * groups * 2 * sizeof(float), CL_MEM_WRITE_ONLY);
     for (std::size_t begin = 0; begin < tasks.size(); begin += launch_tasks) {
         const std::size_t size = std::min(launch_tasks, tasks.size() - begin);
@@ -244,11 +244,10 @@ void AlbedoIntegrator::integrate(std::vector<Running>& running) {
             value.all = mean[0];
             value.weighted = mean[1];
             value.error = spread + systematic;
-            value.reached =
-                value.error <= std::max(r->task->tolerance, r->relative * mean[0]) ||
-                spread <= single_precision * mean[0] ||
-                (last && value.error <= r->task->tolerance * std::max(1.0, mean[0]));
-            if (!value.reached || points < fewest_points)
+            value.reached = value.error <= std::max(r->task->tolerance, r->relative * mean[0]) ||
+                            spread <= single_precision * mean[0] ||
+                            (last && value.error <= r->task->tolerance * std::max(1.0, mean[0]));
+            if (!value.reached || points * (r->cut ? steps : 1) < fewest_points)
                 next.push_back(r);
         }
         open = std::move(next);

@@ -16,15 +16,15 @@ inline constexpr double least_tolerance = 5e-6, single_precision = 2e-6;
 /// An integral wanted: of one component for one wo.
 struct AlbedoTask {
     Vector wo;                 ///< unit, wo.z >= 0; 0 stands for the limit towards the horizon
-    std::vector<double> theta; ///< of the structure's lobes, anisotropic form; values may lie beyond
-                               ///< the catalogue's ranges
-    double tolerance = 1e-4;   ///< absolute; infinite: not wanted
-    double ior = 0;            ///< index of refraction that AlbedoValue::weighted is for, or 0
+    std::vector<double> theta; ///< of the structure's lobes, anisotropic form; values may lie
+                               ///< beyond the catalogue's ranges
+    double tolerance = 1e-4; ///< absolute; infinite: not wanted
+    double ior = 0;          ///< index of refraction that AlbedoValue::weighted is for, or 0
 };
 
 /// integral over wi of g iz, and of g iz weighted: by (1 - c)^5 for ior 0, otherwise by Fresnel's
-/// reflectance of a dielectric of that index. With g at f0 = 1 the first two give Schlick's F of any
-/// f0: f0 (all - weighted) + weighted.
+/// reflectance of a dielectric of that index. With g at f0 = 1 the first two give Schlick's F of
+/// any f0: f0 (all - weighted) + weighted.
 struct AlbedoValue {
     double all = 0, weighted = 0; ///< infinite where the integral diverges
     double error = 0;             ///< estimated, of each of them and of their difference
@@ -36,9 +36,9 @@ struct AlbedoValue {
 /// scramblings and goes on, doubling its points, until their spread says that the tolerance is
 /// reached, or that single precision is (2e-6 of the value). The error stated is the spread of the
 /// estimates (six standard errors of their mean) plus that part.
-/// Components that grow towards the horizon (kurt beyond alpha = 1) are sampled there as well; those
-/// that grow like 1/iz or faster have no finite albedo, and neither have those that keep growing as
-/// wo goes to the horizon.
+/// Components that grow towards the horizon (kurt beyond alpha = 1) are sampled there as well;
+/// those that grow like 1/iz or faster have no finite albedo, and neither have those that keep
+/// growing as wo goes to the horizon.
 class AlbedoIntegrator {
   public:
     /// `component`: 0 diffuse, 1.. lobes. Throws like build_program.
