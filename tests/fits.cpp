@@ -8,11 +8,6 @@
 
 namespace brdfit::test {
 
-const Device& device() {
-    static const Device opened = open_device();
-    return opened;
-}
-
 ProgramCache& programs() {
     static ProgramCache cache(device());
     return cache;
