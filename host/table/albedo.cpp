@@ -112,18 +112,14 @@ std::vector<std::vector<Estimate>> directional(std::vector<Component>& component
 
 } // namespace
 
-std::vector<double> AlbedoGrid::theta() const {
-    std::vector<double> nodes;
-    for (std::size_t i = 0; i < thetas; ++i)
-        nodes.push_back(pi / 2 * static_cast<double>(i) / static_cast<double>(thetas - 1));
-    return nodes;
-}
-
-std::vector<double> AlbedoGrid::phi() const {
-    std::vector<double> nodes;
-    for (std::size_t i = 0; i < phis; ++i)
-        nodes.push_back(2 * pi * static_cast<double>(i) / static_cast<double>(phis));
-    return nodes;
+void AlbedoGrid::place(Albedo& albedo) const {
+    albedo.columns = thetas;
+    for (std::size_t j = 0; j < phis; ++j)
+        for (std::size_t i = 0; i < thetas; ++i) {
+            albedo.theta.push_back(pi / 2 * static_cast<double>(i) /
+                                   static_cast<double>(thetas - 1));
+            albedo.phi.push_back(2 * pi * static_cast<double>(j) / static_cast<double>(phis));
+        }
 }
 
 CosineRule::CosineRule(std::size_t count) {
@@ -146,17 +142,15 @@ Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& 
     require_tolerance(tolerance);
     Albedo result;
     result.channels = material.channels;
-    result.theta = grid.theta();
-    result.phi = grid.phi();
+    grid.place(result);
     const std::size_t channels = material.channels.size();
     std::vector<Component> components = components_of(device, material, tolerance);
     std::vector<Vector> wo;
-    for (const double phi : result.phi)
-        for (const double theta : result.theta) {
-            wo.push_back(direction(theta, phi));
-            if (theta == result.theta.back())
-                wo.back()[2] = 0; // the limit, not what rounding leaves
-        }
+    for (std::size_t k = 0; k < result.count(); ++k) {
+        wo.push_back(direction(result.theta[k], result.phi[k]));
+        if (k % grid.thetas == grid.thetas - 1)
+            wo.back()[2] = 0; // the limit, not what rounding leaves
+    }
     const auto found = directional(components, wo, channels);
     std::size_t missed = 0;
     double largest = 0;

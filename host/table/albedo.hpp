@@ -9,13 +9,13 @@
 
 namespace brdfit {
 
-/// Directional albedos R = integral over wi of f iz on a grid of viewers: theta from 0 to pi/2, both
-/// included, phi from 0 in equal steps of the full turn; entry [phi][theta].
+/// Directional albedos R = integral over wi of f iz, for viewers wo.
 struct Albedo {
     std::vector<std::string> channels;
-    std::vector<double> theta, phi;          ///< radians
-    std::vector<std::vector<double>> values; ///< [channel][phi * thetas + theta]; may be infinite
-    std::vector<std::vector<double>> errors; ///< estimated absolute errors, likewise
+    std::vector<double> theta, phi;          ///< [viewer] radians
+    std::size_t columns = 0;                 ///< viewers of one phi where they are a grid [phi][theta]
+    std::vector<std::vector<double>> values; ///< [channel][viewer]; infinite where it diverges
+    std::vector<std::vector<double>> errors; ///< [channel][viewer] estimated, absolute
     std::vector<double> average;             ///< [channel] hemispherical: 1/pi integral of R oz dwo
     std::vector<double> average_error;       ///< [channel]
     /// Measured data: the part of the projected hemisphere of wi, and of the hemisphere of wo and wi
@@ -24,14 +24,15 @@ struct Albedo {
     double average_measured = 1;
     std::vector<std::string> notes; ///< how it was integrated, for provenance
 
-    std::size_t count() const { return theta.size() * phi.size(); }
+    std::size_t count() const { return theta.size(); }
 };
 
-/// Equal steps of theta over [0, pi/2] and of phi over [0, 2 pi). `thetas` is at least 2.
+/// Viewers in equal steps of theta over [0, pi/2], both included (at least 2), and of phi over
+/// [0, 2 pi).
 struct AlbedoGrid {
     std::size_t thetas = 91, phis = 1;
-    std::vector<double> theta() const;
-    std::vector<double> phi() const;
+    /// Sets an albedo's theta, phi and columns.
+    void place(Albedo& albedo) const;
 };
 
 /// Nodes in mu = wo.z and weights that sum 2 R mu to the hemispherical albedo: Gauss-Legendre of
