@@ -48,8 +48,8 @@ Albedo albedo_of(const std::string& path, const Options& options, const Globals&
         grid.thetas = options.thetas;
     if (is_material(path)) {
         const Material material = read_material(path);
-        grid.phis = options.phis > 0 ? options.phis
-                                     : (material.isotropic() ? 1 : anisotropic_azimuths);
+        grid.phis =
+            options.phis > 0 ? options.phis : (material.isotropic() ? 1 : anisotropic_azimuths);
         if (grid.thetas * grid.phis > most_directions_of_albedo)
             throw UsageError(fmt::format("--theta {} --phi {}: expected at most {} directions",
                                          grid.thetas, grid.phis, most_directions_of_albedo));
@@ -187,8 +187,9 @@ void add_albedo(CLI::App& app, const Globals& globals, Action& action) {
                      "for a plot")
         ->required();
     command
-        ->add_option("--theta", options->thetas,
-                     "how many angles from the normal, 0 to 90 degrees, both included (default: 91)")
+        ->add_option(
+            "--theta", options->thetas,
+            "how many angles from the normal, 0 to 90 degrees, both included (default: 91)")
         ->check(CLI::Range(std::size_t{2}, most_directions_of_albedo));
     command
         ->add_option("--phi", options->phis,

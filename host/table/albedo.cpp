@@ -15,6 +15,8 @@ constexpr double pi = 3.14159265358979323846;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Nodes of the hemispherical albedo: doubled until two agree.
 constexpr std::size_t fewest_nodes = 16, most_nodes = 256;
+/// The first nodes are nearer to the horizon than a limit (see AlbedoIntegrator) and weigh nothing.
+constexpr double least_cosine = 1e-8;
 /// Azimuths of an anisotropic material's.
 constexpr std::size_t average_azimuths = 32;
 
@@ -76,9 +78,8 @@ std::vector<Component> components_of(const Device& device, const Material& mater
             structure.lobes.push_back(lobe.model);
             theta = lobe.anisotropic_theta();
         }
-        components.push_back({coefficients[j],
-                              AlbedoIntegrator(device, structure, j == 0 ? 0 : 1), theta,
-                              tolerance / used / largest(coefficients[j])});
+        components.push_back({coefficients[j], AlbedoIntegrator(device, structure, j == 0 ? 0 : 1),
+                              theta, tolerance / used / largest(coefficients[j])});
     }
     return components;
 }
@@ -88,15 +89,16 @@ struct Estimate {
     bool reached = true;
 };
 
-/// [channel][direction]
+/// R by [channel][direction]; `slack` multiplies the tolerance at each direction.
 std::vector<std::vector<Estimate>> directional(std::vector<Component>& components,
                                                const std::vector<Vector>& wo,
+                                               const std::vector<double>& slack,
                                                std::size_t channels) {
     std::vector<std::vector<Estimate>> sums(channels, std::vector<Estimate>(wo.size()));
     for (Component& component : components) {
         std::vector<AlbedoTask> tasks;
-        for (const Vector& w : wo)
-            tasks.push_back({w, component.theta, component.tolerance, 0});
+        for (std::size_t k = 0; k < wo.size(); ++k)
+            tasks.push_back({wo[k], component.theta, component.tolerance * slack[k], 0});
         const std::vector<AlbedoValue> values = component.integrator.integrate(tasks);
         for (std::size_t ch = 0; ch < channels; ++ch)
             for (std::size_t k = 0; k < wo.size(); ++k) {
@@ -151,7 +153,7 @@ Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& 
         if (k % grid.thetas == grid.thetas - 1)
             wo.back()[2] = 0; // the limit, not what rounding leaves
     }
-    const auto found = directional(components, wo, channels);
+    const auto found = directional(components, wo, std::vector<double>(wo.size(), 1), channels);
     std::size_t missed = 0;
     double largest = 0;
     for (std::size_t ch = 0; ch < channels; ++ch) {
@@ -174,14 +176,17 @@ Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& 
     const auto average_of = [&](std::size_t nodes) {
         const CosineRule rule(nodes);
         std::vector<Vector> at;
+        std::vector<double> slack;
         for (std::size_t a = 0; a < azimuths; ++a)
-            for (const double mu : rule.mu) {
+            for (std::size_t i = 0; i < nodes; ++i) {
+                const double mu = std::max(rule.mu[i], least_cosine);
+                slack.push_back(std::max(1.0, 1 / (rule.weight[i] * static_cast<double>(nodes))));
                 const double r = std::sqrt((1 - mu) * (1 + mu));
                 const double phi =
                     2 * pi * (static_cast<double>(a) + 0.5) / static_cast<double>(azimuths);
                 at.push_back({r * std::cos(phi), r * std::sin(phi), mu});
             }
-        const auto estimates = directional(components, at, channels);
+        const auto estimates = directional(components, at, slack, channels);
         std::vector<Estimate> sums(channels);
         for (std::size_t ch = 0; ch < channels; ++ch)
             for (std::size_t k = 0; k < at.size(); ++k) {

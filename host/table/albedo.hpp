@@ -12,14 +12,14 @@ namespace brdfit {
 /// Directional albedos R = integral over wi of f iz, for viewers wo.
 struct Albedo {
     std::vector<std::string> channels;
-    std::vector<double> theta, phi;          ///< [viewer] radians
-    std::size_t columns = 0;                 ///< viewers of one phi where they are a grid [phi][theta]
+    std::vector<double> theta, phi; ///< [viewer] radians
+    std::size_t columns = 0;        ///< viewers of one phi where they are a grid [phi][theta]
     std::vector<std::vector<double>> values; ///< [channel][viewer]; infinite where it diverges
     std::vector<std::vector<double>> errors; ///< [channel][viewer] estimated, absolute
     std::vector<double> average;             ///< [channel] hemispherical: 1/pi integral of R oz dwo
     std::vector<double> average_error;       ///< [channel]
-    /// Measured data: the part of the projected hemisphere of wi, and of the hemisphere of wo and wi
-    /// for the average, that was measured and so counts. Empty and 1 for materials.
+    /// Measured data: the part of the projected hemisphere of wi, and of the hemisphere of wo and
+    /// wi for the average, that was measured and so counts. Empty and 1 for materials.
     std::vector<double> measured;
     double average_measured = 1;
     std::vector<std::string> notes; ///< how it was integrated, for provenance

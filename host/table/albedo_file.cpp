@@ -94,12 +94,13 @@ void write_plot(const std::vector<Curve>& curves, const std::string& title, doub
     const auto add = [&](const auto&... arguments) {
         fmt::format_to(std::back_inserter(out), arguments...);
     };
-    add(FMT_STRING("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 312\" width=\"640\" "
-                   "height=\"312\" font-family=\"sans-serif\" font-size=\"12\">\n"
-                   "<!-- {} -->\n<rect width=\"640\" height=\"312\" fill=\"white\"/>\n"
-                   "<clipPath id=\"a\"><rect x=\"{}\" y=\"{}\" width=\"{}\" "
-                   "height=\"{}\"/></clipPath>\n"
-                   "<text x=\"{}\" y=\"18\" font-size=\"13\">{}</text>\n"),
+    add(FMT_STRING(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 312\" width=\"640\" "
+            "height=\"312\" font-family=\"sans-serif\" font-size=\"12\">\n"
+            "<!-- {} -->\n<rect width=\"640\" height=\"312\" fill=\"white\"/>\n"
+            "<clipPath id=\"a\"><rect x=\"{}\" y=\"{}\" width=\"{}\" "
+            "height=\"{}\"/></clipPath>\n"
+            "<text x=\"{}\" y=\"18\" font-size=\"13\">{}</text>\n"),
         escaped(comment), left, above, width, height, left, escaped(title));
     for (int degrees = 0; degrees <= 90; degrees += 15)
         add(FMT_STRING("<path d=\"M{0:g} {1:g}v{2:g}\" stroke=\"#ddd\"/><text x=\"{0:g}\" "

@@ -18,8 +18,8 @@ struct AlbedoTask {
     Vector wo;                 ///< unit, wo.z >= 0; 0 stands for the limit towards the horizon
     std::vector<double> theta; ///< of the structure's lobes, anisotropic form; values may lie
                                ///< beyond the catalogue's ranges
-    double tolerance = 1e-4; ///< absolute; infinite: not wanted
-    double ior = 0;          ///< index of refraction that AlbedoValue::weighted is for, or 0
+    double tolerance = 1e-4;   ///< absolute; infinite: not wanted
+    double ior = 0;            ///< index of refraction that AlbedoValue::weighted is for, or 0
 };
 
 /// integral over wi of g iz, and of g iz weighted: by (1 - c)^5 for ior 0, otherwise by Fresnel's

@@ -37,10 +37,10 @@ double fraction(double x) {
     return x - std::floor(x);
 }
 
-/// The integral over wi in MERL's bins for a viewer at theta, phi = 0, with `points` in each theta_h.
-/// Returns the sums of each shift: channels, then what was measured.
-std::vector<std::vector<double>> sum_bins(const Samples& samples, double theta,
-                                          std::size_t points, std::size_t before) {
+/// The integral over wi in MERL's bins for a viewer at theta, phi = 0, with `points` in each
+/// theta_h. Returns the sums of each shift: channels, then what was measured.
+std::vector<std::vector<double>> sum_bins(const Samples& samples, double theta, std::size_t points,
+                                          std::size_t before) {
     const std::size_t channels = samples.channels.size();
     std::vector<std::vector<double>> sums(shifts, std::vector<double>(channels + 1));
     const double ox = std::sin(theta), oz = std::cos(theta);
@@ -96,7 +96,7 @@ Integral merl_integral(const Samples& samples, double theta, double tolerance) {
             for (const auto& sum : sums)
                 square += (sum[k] - mean) * (sum[k] - mean) / (shifts - 1);
             if (k == channels)
-                integral.measured = mean;
+                integral.measured = std::min(mean, 1.0); // but for rounding
             else {
                 integral.values.push_back(mean);
                 integral.errors.push_back(stated_deviations * std::sqrt(square));
@@ -154,8 +154,8 @@ Albedo merl_albedo(const Samples& samples, const AlbedoGrid& grid, double tolera
     result.average_measured =
         average_of(fine, begin_fine, [](const Integral& i) { return i.measured; });
     if (missed > 0)
-        result.notes.push_back(fmt::format("{} of {} values did not reach the tolerance", missed,
-                                           channels * viewers));
+        result.notes.push_back(
+            fmt::format("{} of {} values did not reach the tolerance", missed, channels * viewers));
     result.notes.push_back(fmt::format("integral over the measured bins; tolerance {}; errors are "
                                        "of the integration, six standard errors of {} estimates",
                                        tolerance, shifts));
@@ -257,8 +257,8 @@ Integral scattered_integral(const Group& group, bool isotropic, std::size_t chan
     return integral;
 }
 
-/// Integral over sin^2 theta between the rows of a quantity given at each, averaged over rows of the
-/// same theta.
+/// Integral over sin^2 theta between the rows of a quantity given at each, averaged over rows of
+/// the same theta.
 template <typename Quantity>
 double over_rows(const std::vector<const Group*>& rows, Quantity quantity) {
     std::map<long long, std::pair<double, double>> by_height; // sum, count
@@ -330,10 +330,10 @@ Albedo scattered_albedo(const Samples& samples) {
         result.average_error.push_back(
             over_rows(rows, [&](std::size_t k) { return integrals[k].errors[ch]; }));
     }
-    result.average_measured =
-        over_rows(rows, [&](std::size_t k) { return integrals[k].measured; });
+    result.average_measured = over_rows(rows, [&](std::size_t k) { return integrals[k].measured; });
     result.notes.push_back(fmt::format(
-        "each row is one {0} direction of the file, integrated over {1} directions, each taking the "
+        "each row is one {0} direction of the file, integrated over {1} directions, each taking "
+        "the "
         "nearest measured value as far as that sample's fourth nearest neighbour; errors are the "
         "difference from an interpolation",
         fixed_light ? "light" : "viewer", fixed_light ? "viewer" : "light"));

@@ -32,7 +32,8 @@ std::vector<std::pair<double, std::size_t>> Nearest::find(const Vector& at, std:
         for (std::ptrdiff_t y = std::max<std::ptrdiff_t>(0, cy - ring);
              y <= std::min(side - 1, cy + ring); ++y) {
             const bool edge = std::abs(y - cy) == ring;
-            for (std::ptrdiff_t x = cx - ring; x <= cx + ring; x += edge || ring == 0 ? 1 : 2 * ring) {
+            for (std::ptrdiff_t x = cx - ring; x <= cx + ring;
+                 x += edge || ring == 0 ? 1 : 2 * ring) {
                 if (x < 0 || x >= side)
                     continue;
                 for (const std::size_t i : cells_[static_cast<std::size_t>(y * side + x)]) {

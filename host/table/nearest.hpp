@@ -19,7 +19,7 @@ class Nearest {
     std::size_t cell(double x) const;
 
     std::vector<Vector> directions_;
-    std::size_t side_;                             // cells along x and y of [-1, 1]
+    std::size_t side_;                            // cells along x and y of [-1, 1]
     std::vector<std::vector<std::size_t>> cells_; // [y][x]
 };
 
