@@ -6,9 +6,9 @@
 // wo[t] = direction, and in w an index of refraction or 0; thetas[t * PARAMETERS..] its parameters.
 
 #define OWN 0          // the component's own sampler alone
-#define OWN_SHARED 1   // own sampler, weighed against the horizon's
-#define HORIZON 2      // the horizon's sampler, weighed against the component's own
-#define CLIPPED 3      // own sampler, with u1 from above where wi meets the horizon
+#define CLIPPED 1      // own sampler, with u1 from above where wi meets the horizon
+#define OWN_SHARED 2   // own sampler, weighed against the horizon's
+#define HORIZON 3      // the horizon's sampler, weighed against the component's own
 
 #define STEPS 8 // evenly spaced points along u1 that share the search for that
 
@@ -96,9 +96,12 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
         const real u2 = unit_interval(sobol_1(index, key.y));
         real u1 = unit_interval(sobol_0(index, key.x));
         const real from = strategy == CLIPPED ? rising(j, wo, theta, u2) : (real)(0.0f);
-        const real share = (1.0f - from) / steps;
         for (int step = 0; step < steps; ++step) {
-            const real u = strategy == CLIPPED ? from + (1.0f - from) * u1 : u1;
+            // More points go to the ends, where the tails of lobes are: u = 3 u1^2 - 2 u1^3.
+            const real warped = strategy < OWN_SHARED ? u1 * u1 * (3.0f - 2.0f * u1) : u1;
+            const real slope = strategy < OWN_SHARED ? 6.0f * u1 * (1.0f - u1) : (real)(1.0f);
+            const real u = from + (1.0f - from) * warped;
+            const real share = slope * (1.0f - from) / steps;
             geometry q = strategy == HORIZON ? horizon_sample(wo, power, u, u2)
                                              : component_sample(j, wo, theta, u, u2);
             const mask above = q.wi_z > 0.0f && q.c > 0.0f;

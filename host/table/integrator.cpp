@@ -28,7 +28,7 @@ constexpr cl_uint group_points = 1024;
 /// Tasks a launch: their parameters fit into any device's constant memory.
 constexpr std::size_t tasks_a_launch = 1024;
 /// As in kernels/albedo.cl.
-enum Strategy : cl_uint { Own, OwnShared, Horizon, Clipped };
+enum Strategy : cl_uint { Own, Clipped, OwnShared, Horizon };
 constexpr cl_uint steps = 8;
 constexpr double near = 1e-12, nearer = 1e-18;
 /// A component that does not vanish at the horizon like iz^vanishing at least, but is cut off by
@@ -156,7 +156,7 @@ void AlbedoIntegrator::add_points(const std::vector<Running*>& tasks, cl_uint fi
         out_ = make_buffer(device_, launch_tasks * groups * 2 * sizeof(float), CL_MEM_WRITE_ONLY);
     for (std::size_t begin = 0; begin < tasks.size(); begin += launch_tasks) {
         const std::size_t size = std::min(launch_tasks, tasks.size() - begin);
-        for (const Strategy strategy : {Own, OwnShared, Horizon, Clipped}) {
+        for (const Strategy strategy : {Own, Clipped, OwnShared, Horizon}) {
             std::vector<Running*> launch;
             std::vector<const AlbedoTask*> wanted;
             std::vector<cl_uint> strategies;

@@ -117,11 +117,14 @@ static inline real visible_slope(real sine, real cosine, real u)
     real gauss = exp(-upper * upper);
     const real wanted =
         u * (cosine * half_root_pi * one_plus_erf(upper, gauss) + 0.5f * sine * gauss);
-    // Either part of the integral alone reaches what is wanted further up; Newton comes down from there.
-    const real erf_part = inverse_erf(clamp(wanted / (cosine * half_root_pi) - 1.0f, -0.999999f, 0.999999f));
+    // Newton's steps do not overshoot from a start further out where x < 0, which either part of the
+    // integral alone gives, and from one further in where x > 0: the second part is at most sine / 2.
+    const mask right = wanted > cosine * half_root_pi + 0.5f * sine;
+    const real erf_part = inverse_erf(clamp((wanted - (right ? 0.5f * sine : (real)(0.0f))) / (cosine * half_root_pi) - 1.0f,
+                                            -0.999999f, 0.999999f));
     const real gauss_part = 2.0f * wanted < sine ? -sqrt(-log(fmax(2.0f * wanted / sine, (real)(1e-9f))))
                                                  : (real)(4.5f);
-    real x = clamp(fmin(erf_part, gauss_part), lower, upper);
+    real x = clamp(right ? fmax(erf_part, (real)(0.0f)) : fmin(erf_part, gauss_part), lower, upper);
     for (int k = 0; k < 14; ++k) {
         gauss = exp(-x * x);
         const real excess =
