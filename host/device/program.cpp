@@ -106,7 +106,7 @@ std::string with_line(const std::string& path) {
 std::string model_text(const Structure& structure) {
     std::string text = fmt::format("#define ROUGHNESSES {}\n", structure.isotropic ? 1 : 2);
     for (const char* shared : {"common.cl", "geometry.cl", "schlick.cl", "beckmann.cl",
-                               "sampling.cl", "cosine_power.cl"})
+                               "sampling.cl", "cosine_power.cl", "trowbridge_reitz.cl"})
         text += with_line(shared);
     for (const PlacedModel& p : placed_models(structure))
         text += with_line(fmt::format("models/{}.cl", p.model->name));

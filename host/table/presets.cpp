@@ -75,6 +75,7 @@ std::vector<Preset> make_presets() {
         "OpenPBR_IdealMetalEnergyComplement_Array", "1 - E of an ideal metal", Quantity::Complement,
         {cosine(32, Nodes::Corners, least_cosine), roughness(32, Nodes::Corners, 2)},
         {"complement"});
+    openpbr.model = &model_named("ggx-uncorrelated"); // its G2 is G1(wi) G1(wo)
     openpbr.encoding = Encoding::Unorm16;
     openpbr.style = SourceStyle::Fragment;
     openpbr.tolerance = 1e-5;
