@@ -139,18 +139,32 @@ GgxAlbedo ggx_albedo(double mu, double alpha, double ior) {
     };
     GgxAlbedo albedo{0, 0};
     const double lambda_o = smith(mu);
-    over_slopes(ox, mu, alpha, false, [&](double p, double q, double weight) {
-        const double r2 = p * p + q * q, s2 = 1 + r2;
-        const double c = (ox * p + mu) / std::sqrt(s2);
-        const double iz = std::min(1.0, 2 * (ox * p + mu) / s2 - mu);
-        if (iz <= 0)
-            return;
+    // g iz at light directions of height iz with the half vector's slopes squared r2 and c.
+    const auto add = [&](double iz, double r2, double c, double weight) {
         // D = s^4 / (pi alpha^2 (1 + r^2 / alpha^2)^2)
-        const double e = 1 + r2 / (alpha * alpha);
+        const double s2 = 1 + r2, e = 1 + r2 / (alpha * alpha);
         const double d = s2 * s2 / (pi * alpha * alpha * e * e);
         const double value = d / (1 + smith(iz) + lambda_o) / (4 * mu) * weight;
         albedo.all += value;
         albedo.weighted += value * weight_of(c);
+    };
+    if (ior > 0 && ior < 1) {
+        constexpr int heights = 1500, azimuths = 750;
+        for (int i = 0; i < heights; ++i)
+            for (int j = 0; j < azimuths; ++j) {
+                const double u = (i + 0.5) / heights, iz = u * u, r = std::sqrt(1 - iz * iz);
+                const double phi = pi * (j + 0.5) / azimuths;
+                const double x = ox + r * std::cos(phi), y = r * std::sin(phi), z = mu + iz;
+                add(iz, (x * x + y * y) / (z * z), std::sqrt(x * x + y * y + z * z) / 2,
+                    2 * u / heights * 2 * pi / azimuths);
+            }
+        return albedo;
+    }
+    over_slopes(ox, mu, alpha, false, [&](double p, double q, double weight) {
+        const double r2 = p * p + q * q;
+        const double iz = std::min(1.0, 2 * (ox * p + mu) / (1 + r2) - mu);
+        if (iz > 0)
+            add(iz, r2, (ox * p + mu) / std::sqrt(1 + r2), weight);
     });
     return albedo;
 }

@@ -161,7 +161,7 @@ Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& 
         result.errors.emplace_back();
         for (const Estimate& estimate : found[ch]) {
             result.values.back().push_back(estimate.value);
-            result.errors.back().push_back(estimate.error);
+            result.errors.back().push_back(std::isfinite(estimate.value) ? estimate.error : 0);
             missed += !estimate.reached;
             if (!estimate.reached)
                 largest = std::max(largest, estimate.error);

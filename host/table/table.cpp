@@ -10,6 +10,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <iterator>
+#include <numeric>
 
 namespace brdfit {
 
@@ -17,8 +18,8 @@ namespace {
 
 /// A mirror: the least roughness float32 kernels take, below every model's range.
 constexpr double mirror = 1e-8;
-/// Nodes of an average; half as many tell its error.
-constexpr std::size_t average_nodes = 48;
+/// Nodes of an average: the first rule, and the last.
+constexpr std::size_t fewest_nodes = 16, most_nodes = 512;
 constexpr double least_average_cosine = 1e-8;
 constexpr std::size_t largest_size = 4096;
 
@@ -72,70 +73,87 @@ struct Pair {
     double all = 0, weighted = 0, error = 0;
 };
 
-/// [ior][alpha][cosine] of a table's axes; the one cosine of an average is the average.
+/// The albedos at viewers of height mu[i], each to tolerance slack[i], for one alpha and index of
+/// refraction. Throws InputError for one that is infinite or out of reach.
+std::vector<Pair> directional(AlbedoIntegrator& integrator, const TableSpec& spec,
+                              const std::vector<double>& mus, const std::vector<double>& slack,
+                              const std::vector<double>& alphas, double ior) {
+    std::vector<AlbedoTask> tasks;
+    for (const double alpha : alphas) {
+        const std::vector<double> theta = theta_of(spec, alpha);
+        for (std::size_t i = 0; i < mus.size(); ++i)
+            tasks.push_back({{std::sqrt((1 - mus[i]) * (1 + mus[i])), 0, mus[i]},
+                             theta,
+                             spec.tolerance * slack[i],
+                             ior});
+    }
+    std::vector<Pair> pairs;
+    for (const AlbedoValue& v : integrator.integrate(tasks)) {
+        const std::string where = fmt::format(
+            "{}: the albedo of {} at cos_theta {:.6g}, alpha {:.6g}", spec.name, spec.model->name,
+            mus[pairs.size() % mus.size()], alphas[pairs.size() / mus.size()]);
+        if (!std::isfinite(v.all))
+            throw InputError(where + " is infinite");
+        if (!v.reached)
+            throw InputError(fmt::format("{} is {:.6g} +- {:.2g}; the tolerance {} is out of reach",
+                                         where, v.all, v.error, spec.tolerance));
+        pairs.push_back({v.all, v.weighted, v.error});
+    }
+    return pairs;
+}
+
+/// The averages over viewers for each alpha, with nodes doubled where two rules disagree.
+std::vector<Pair> averages(AlbedoIntegrator& integrator, const TableSpec& spec,
+                           const std::vector<double>& alphas, double ior) {
+    std::vector<Pair> averages(alphas.size()), before(alphas.size());
+    std::vector<std::size_t> open(alphas.size());
+    std::iota(open.begin(), open.end(), std::size_t{0});
+    for (std::size_t nodes = fewest_nodes; !open.empty() && nodes <= most_nodes; nodes *= 2) {
+        const CosineRule rule(nodes);
+        std::vector<double> mus, slack, chosen;
+        for (std::size_t i = 0; i < nodes; ++i) {
+            mus.push_back(std::max(rule.mu[i], least_average_cosine));
+            slack.push_back(std::max(1.0, 1 / (rule.weight[i] * static_cast<double>(nodes))));
+        }
+        for (const std::size_t a : open)
+            chosen.push_back(alphas[a]);
+        const std::vector<Pair> pairs = directional(integrator, spec, mus, slack, chosen, ior);
+        std::vector<std::size_t> next;
+        for (std::size_t k = 0; k < open.size(); ++k) {
+            Pair sum;
+            for (std::size_t i = 0; i < nodes; ++i) {
+                const Pair& pair = pairs[k * nodes + i];
+                sum.all += rule.weight[i] * pair.all;
+                sum.weighted += rule.weight[i] * pair.weighted;
+                sum.error += rule.weight[i] * pair.error;
+            }
+            const Pair& old = before[open[k]];
+            const double change =
+                std::max(std::abs(sum.all - old.all), std::abs(sum.weighted - old.weighted));
+            before[open[k]] = sum;
+            sum.error += change;
+            averages[open[k]] = sum;
+            if (change > spec.tolerance)
+                next.push_back(open[k]);
+        }
+        open = std::move(next);
+    }
+    return averages;
+}
+
+/// [ior][alpha][cosine] of a table's axes; without a cosine, averages.
 std::vector<Pair> integrate(const Device& device, const TableSpec& spec,
                             const std::vector<double>& cosines, const std::vector<double>& alphas,
                             const std::vector<double>& iors) {
-    const bool average = axis_of(spec, AxisKind::CosTheta) == nullptr;
-    const CosineRule fine(average_nodes), coarse(average_nodes / 2);
-    std::vector<double> mus = cosines;
-    if (average) {
-        mus = fine.mu;
-        mus.insert(mus.end(), coarse.mu.begin(), coarse.mu.end());
-    }
     AlbedoIntegrator integrator(device, {&model_named("lambert"), {spec.model}, false}, 1);
+    const bool average = axis_of(spec, AxisKind::CosTheta) == nullptr;
     std::vector<Pair> pairs;
     for (const double ior : iors) {
-        std::vector<AlbedoTask> tasks;
-        for (const double alpha : alphas)
-            for (std::size_t i = 0; i < mus.size(); ++i) {
-                const double mu = average ? std::max(mus[i], least_average_cosine) : mus[i];
-                double tolerance = spec.tolerance;
-                if (average) {
-                    const bool in_fine = i < fine.mu.size();
-                    const double weight =
-                        in_fine ? fine.weight[i] : coarse.weight[i - fine.mu.size()];
-                    const auto nodes =
-                        static_cast<double>(in_fine ? fine.mu.size() : coarse.mu.size());
-                    tolerance *= std::max(1.0, 1 / (weight * nodes));
-                }
-                tasks.push_back({{std::sqrt((1 - mu) * (1 + mu)), 0, mu},
-                                 theta_of(spec, alpha),
-                                 tolerance,
-                                 ior});
-            }
-        const std::vector<AlbedoValue> values = integrator.integrate(tasks);
-        for (std::size_t a = 0; a < alphas.size(); ++a) {
-            Pair sum, check;
-            for (std::size_t i = 0; i < mus.size(); ++i) {
-                const AlbedoValue& v = values[a * mus.size() + i];
-                if (!std::isfinite(v.all))
-                    throw InputError(
-                        fmt::format("{}: the albedo of {} is infinite at cos_theta {}, alpha {}",
-                                    spec.name, spec.model->name, mus[i], alphas[a]));
-                if (!v.reached)
-                    throw InputError(fmt::format(
-                        "{}: the albedo of {} at cos_theta {}, alpha {} is {:.6g} +- {:.2g}; the "
-                        "tolerance {} is out of reach",
-                        spec.name, spec.model->name, mus[i], alphas[a], v.all, v.error,
-                        spec.tolerance));
-                if (!average) {
-                    pairs.push_back({v.all, v.weighted, v.error});
-                    continue;
-                }
-                const bool in_fine = i < fine.mu.size();
-                const double weight = in_fine ? fine.weight[i] : coarse.weight[i - fine.mu.size()];
-                Pair& to = in_fine ? sum : check;
-                to.all += weight * v.all;
-                to.weighted += weight * v.weighted;
-                to.error += weight * v.error;
-            }
-            if (average) {
-                sum.error += std::max(std::abs(sum.all - check.all),
-                                      std::abs(sum.weighted - check.weighted));
-                pairs.push_back(sum);
-            }
-        }
+        const std::vector<Pair> found =
+            average ? averages(integrator, spec, alphas, ior)
+                    : directional(integrator, spec, cosines, std::vector<double>(cosines.size(), 1),
+                                  alphas, ior);
+        pairs.insert(pairs.end(), found.begin(), found.end());
     }
     return pairs;
 }
