@@ -10,7 +10,7 @@ namespace brdfit::bench {
 
 /// The time of a whole albedo table, from the start of the kernels to the last entry.
 struct AlbedoResult {
-    std::string name;  ///< what was computed
+    std::string name; ///< what was computed
     std::string model;
     double seconds = 0; ///< the median of repeated runs, kernels compiled before
     double entries_per_second = 0;

@@ -146,6 +146,22 @@ TEST(OpenPbrTable, OfDielectricsAgreesWithQuadrature) {
         }
 }
 
+// A mirror's average is that of Fresnel's term, whose slope is infinite where reflection is total.
+TEST(OpenPbrTable, OfDielectricsAveragesTotalReflection) {
+    TableSpec spec = preset("openpbr-dielectric-average", 2, 1e-4);
+    spec.axes[1].size = 4;
+    const Table table = compute_table(device(), spec);
+    const double ior = spec.axes[1].value(0), critical = std::sqrt(1 - ior * ior);
+    double sum = critical * critical; // 2 integral of mu
+    constexpr int parts = 20000;
+    for (int i = 0; i < parts; ++i) {
+        const double t = (i + 0.5) / parts, mu = critical + (1 - critical) * t * t;
+        sum += 2 * mu * test::ggx_albedo(mu, 0, ior).weighted * (1 - critical) * 2 * t / parts;
+    }
+    EXPECT_NEAR(table.values[0][0], 1 - sum, 1e-4);
+    EXPECT_LT(table.error, 2.5e-4);
+}
+
 TEST(GltfTable, HoldsScaleAndBias) {
     constexpr std::size_t size = 8;
     for (const auto& [name, power] : {std::pair("gltf", 2.0), {"materialx", 1.0}}) {

@@ -124,12 +124,19 @@ void AlbedoGrid::place(Albedo& albedo) const {
         }
 }
 
-CosineRule::CosineRule(std::size_t count) {
-    for (const auto& [x, w] : gauss_legendre(count)) {
-        // mu = x^4: 2 mu dmu = 8 x^7 dx
-        mu.push_back(x * x * x * x);
-        weight.push_back(8 * std::pow(x, 7) * w);
+CosineRule::CosineRule(std::size_t count, double split) {
+    const double end = split > 0 ? split : 1;
+    const std::size_t below = split > 0 ? count / 2 : count;
+    for (const auto& [x, w] : gauss_legendre(below)) {
+        // mu = end x^4: 2 mu dmu = 8 end^2 x^7 dx
+        mu.push_back(end * x * x * x * x);
+        weight.push_back(8 * end * end * std::pow(x, 7) * w);
     }
+    if (split > 0)
+        for (const auto& [x, w] : gauss_legendre(count - below)) {
+            mu.push_back(split + (1 - split) * x * x);
+            weight.push_back(4 * mu.back() * (1 - split) * x * w);
+        }
 }
 
 void require_tolerance(double tolerance) {

@@ -37,9 +37,11 @@ struct AlbedoGrid {
 
 /// Nodes in mu = wo.z and weights that sum 2 R mu to the hemispherical albedo: Gauss-Legendre of
 /// `count` points in mu^(1/4), as R changes fast, and may grow without bounds, where mu is small.
+/// `split`: where in (0, 1) R may have a slope that is infinite from above, or 0; there are as many
+/// points on either side of it.
 struct CosineRule {
     std::vector<double> mu, weight;
-    explicit CosineRule(std::size_t count);
+    explicit CosineRule(std::size_t count, double split = 0);
 };
 
 /// The albedo of a material. `tolerance`: absolute, of the directional albedos; see

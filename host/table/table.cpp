@@ -109,7 +109,8 @@ std::vector<Pair> averages(AlbedoIntegrator& integrator, const TableSpec& spec,
     std::vector<std::size_t> open(alphas.size());
     std::iota(open.begin(), open.end(), std::size_t{0});
     for (std::size_t nodes = fewest_nodes; !open.empty() && nodes <= most_nodes; nodes *= 2) {
-        const CosineRule rule(nodes);
+        // Below 1 the light is reflected totally up to an angle.
+        const CosineRule rule(nodes, ior > 0 && ior < 1 ? std::sqrt(1 - ior * ior) : 0);
         std::vector<double> mus, slack, chosen;
         for (std::size_t i = 0; i < nodes; ++i) {
             mus.push_back(std::max(rule.mu[i], least_average_cosine));
@@ -138,6 +139,12 @@ std::vector<Pair> averages(AlbedoIntegrator& integrator, const TableSpec& spec,
         }
         open = std::move(next);
     }
+    if (!open.empty())
+        throw InputError(fmt::format("{}: the average of {} at alpha {:.6g} is {:.6g} +- {:.2g}; "
+                                     "the tolerance {} is out of reach",
+                                     spec.name, spec.model->name, alphas[open[0]],
+                                     averages[open[0]].all, averages[open[0]].error,
+                                     spec.tolerance));
     return averages;
 }
 
