@@ -31,6 +31,8 @@ void add_sample(CLI::App& app, const Globals& globals, Action& action);
 void add_bench(CLI::App& app, const Globals& globals, Action& action);
 /// Below bench.
 void add_bench_sampling(CLI::App& bench, const Globals& globals, Action& action);
+void add_bench_compare(CLI::App& bench, const Globals& globals, Action& action);
+void add_tune(CLI::App& app, const Globals& globals, Action& action);
 
 /// Runs the program: parses the command line, runs the command, turns errors into messages.
 /// Returns 0, 1 (bad input or failed job) or 2 (wrong usage).
