@@ -45,12 +45,14 @@ struct Model {
         return float_bytes * (objective.layout().planes + packed.channels + 1);
     }
     Task task(const char* work) const {
+        const auto count = static_cast<double>(packed.count);
         return {work,
                 problem.name(),
                 {},
                 {},
-                static_cast<double>(packed.count),
+                count,
                 planes_and_values(),
+                count * planes_and_values(),
                 counts.value};
     }
 };
@@ -97,9 +99,7 @@ std::optional<Task> eval_task(const Shared& model, const Samples& samples) {
     task.calls = {model->counts.prepare.exp + model->counts.value.exp,
                   model->counts.prepare.log + model->counts.value.log};
     task.run = [model, e, count] {
-        const auto local = static_cast<std::size_t>(model->device.form.local_size);
-        model->device.queue.enqueueNDRangeKernel(
-            e->kernel, cl::NullRange, cl::NDRange(padded(count, local)), cl::NDRange(local));
+        enqueue_runs(model->device, e->kernel, count);
         model->device.queue.finish();
     };
     task.answer = [model, e, channels] {
@@ -208,6 +208,7 @@ std::optional<Task> sample_task(const Shared& model, const Samples&) {
     Task task = model->task("sample");
     task.samples = static_cast<double>(n);
     task.bytes_per_sample = float_bytes * 5; // wi, pdf and weight
+    task.working_set = task.samples * task.bytes_per_sample;
     task.calls = scalar_draw_calls(model->problem);
     task.run = [sampler, wo, n] { sampler->draw(wo, n, sampling_seed, Sequence::Sobol); };
     task.answer = [sampler, wo] {
@@ -241,20 +242,12 @@ std::vector<Task> device_tasks(const Device& device, const Problem& problem,
     return tasks;
 }
 
-Peaks measure_peaks(const Device& device, std::size_t bytes) {
+Peaks measure_peaks(const Device& device, std::size_t most_bytes) {
     const cl::Program program = build_peaks_program(device);
     const auto width = static_cast<std::size_t>(device.form.vector_width);
     const auto local = static_cast<std::size_t>(device.form.local_size);
-    const auto block = static_cast<std::size_t>(device.form.block);
-    Peaks peaks{device.name, static_cast<int>(device.compute_units), 0, 0, 0};
-
-    const std::size_t groups = std::max<std::size_t>(bytes / sizeof(float) / block, 1);
-    const cl::Buffer data = make_buffer(device, groups * block * sizeof(float));
-    const cl::Buffer sums = make_buffer(device, groups * sizeof(float), CL_MEM_WRITE_ONLY);
-    device.queue.enqueueFillBuffer(data, 1.0F, 0, groups * block * sizeof(float));
-    cl::Kernel read(program, "read_memory");
-    read.setArg(0, data);
-    read.setArg(1, sums);
+    const auto block_bytes = static_cast<std::size_t>(device.form.block) * sizeof(float);
+    Peaks peaks{device.name, static_cast<int>(device.compute_units), 0, 0, {}};
     const auto seconds_of = [&](cl::Kernel& kernel, std::size_t group_count) {
         return time_runs(
                    [&] {
@@ -263,11 +256,22 @@ Peaks measure_peaks(const Device& device, std::size_t bytes) {
                                                          cl::NDRange(local));
                        device.queue.finish();
                    },
-                   {1, 5, 60, 0.3})
+                   {1, 5, 60, 0.12})
             .median;
     };
-    peaks.bytes_per_second =
-        static_cast<double>(groups * block * sizeof(float)) / seconds_of(read, groups);
+
+    const std::size_t all_groups = std::max<std::size_t>(most_bytes / block_bytes, 1);
+    const cl::Buffer data = make_buffer(device, all_groups * block_bytes);
+    const cl::Buffer sums = make_buffer(device, all_groups * sizeof(float), CL_MEM_WRITE_ONLY);
+    device.queue.enqueueFillBuffer(data, 1.0F, 0, all_groups * block_bytes);
+    cl::Kernel read(program, "read_memory");
+    read.setArg(0, data);
+    read.setArg(1, sums);
+    for (const std::size_t part : {32, 16, 8, 4, 1}) {
+        const std::size_t groups = std::max<std::size_t>(all_groups / part, 1);
+        const auto bytes = static_cast<double>(groups * block_bytes);
+        peaks.reading.push_back({bytes, bytes / seconds_of(read, groups)});
+    }
 
     constexpr int rounds = 512, chains = 8; // CHAINS of kernels/peaks.cl
     const std::size_t call_groups = 64 * std::max(1U, device.compute_units);

@@ -13,8 +13,9 @@ namespace brdfit::bench {
 std::vector<Task> device_tasks(const Device& device, const Problem& problem,
                                const Samples& samples);
 
-/// What the device does at most. `bytes` of memory are read, more than its caches hold.
-Peaks measure_peaks(const Device& device, std::size_t bytes);
+/// What the device does at most, reading buffers of up to `most_bytes`, which should be more than
+/// its caches hold.
+Peaks measure_peaks(const Device& device, std::size_t most_bytes);
 
 /// Whether a device's threads can be limited to one: PoCL's, for a process, by the environment
 /// variable POCL_MAX_PTHREAD_COUNT.

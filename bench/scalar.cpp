@@ -398,12 +398,11 @@ std::vector<ScalarSample> scalar_samples(const Samples& samples) {
     for (std::size_t k = 0; k < samples.count(); ++k) {
         if (samples.valid[k] == 0)
             continue;
-        const auto [wi, wo] = samples.directions->pair(k);
-        const double cosine = samples.directions->plane(Directions::WiZ)[k];
+        const Vector wi = samples.directions->wi(k);
         all.push_back({wi,
-                       wo,
+                       samples.directions->wo(k),
                        {samples.channel(0)[k], samples.channel(1)[k], samples.channel(2)[k]},
-                       samples.weights[k] * cosine * cosine});
+                       samples.weights[k] * wi[2] * wi[2]});
         weights += samples.weights[k];
     }
     for (ScalarSample& s : all)

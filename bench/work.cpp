@@ -16,10 +16,10 @@ double quantile(const std::vector<double>& sorted, double share) {
     return sorted[below] + (place - static_cast<double>(below)) * (sorted[above] - sorted[below]);
 }
 
-double relative_difference(double a, double reference) {
+double relative_difference(double a, double reference, double least) {
     if (a == reference)
         return 0;
-    const double difference = std::abs(a - reference) / std::abs(reference);
+    const double difference = std::abs(a - reference) / std::max(std::abs(reference), least);
     return std::isfinite(difference) ? difference : std::numeric_limits<double>::infinity();
 }
 
@@ -35,9 +35,11 @@ const Work* find_work(const std::string& name) {
 double difference(const Answer& a, const Answer& reference) {
     if (a.size() != reference.size())
         return std::numeric_limits<double>::infinity();
+    constexpr double least_share = 0.01; // of the first value: what is smaller has cancelled
     double largest = 0;
     for (std::size_t i = 0; i < a.size(); ++i)
-        largest = std::max(largest, relative_difference(a[i], reference[i]));
+        largest = std::max(
+            largest, relative_difference(a[i], reference[i], least_share * std::abs(reference[0])));
     return largest;
 }
 
@@ -75,14 +77,28 @@ Result measure(const Task& task, const std::string& device, int threads, const R
     result.samples_per_second = task.samples / timing.median;
     result.spread = timing.spread;
     result.bytes_per_sample = task.bytes_per_sample;
+    result.working_set = task.working_set;
     result.calls = task.calls;
     if (task.answer)
         result.answer = task.answer();
     return result;
 }
 
+double Peaks::bytes_per_second(double bytes) const {
+    // Linear in the logarithm of the size.
+    for (std::size_t i = 1; i < reading.size(); ++i)
+        if (bytes < reading[i].bytes) {
+            const Reading &a = reading[i - 1], &b = reading[i];
+            const double share =
+                std::clamp(std::log(bytes / a.bytes) / std::log(b.bytes / a.bytes), 0.0, 1.0);
+            return a.bytes_per_second + share * (b.bytes_per_second - a.bytes_per_second);
+        }
+    return reading.back().bytes_per_second;
+}
+
 double Peaks::memory_share(const Result& result) const {
-    return result.samples_per_second * result.bytes_per_sample / bytes_per_second;
+    return result.samples_per_second * result.bytes_per_sample /
+           bytes_per_second(result.working_set);
 }
 
 double Peaks::calls_share(const Result& result) const {
@@ -121,11 +137,14 @@ nlohmann::ordered_json to_json(const Result& result, const Peaks* peaks) {
 }
 
 nlohmann::ordered_json to_json(const Peaks& peaks) {
+    nlohmann::ordered_json reading = nlohmann::ordered_json::array();
+    for (const Peaks::Reading& r : peaks.reading)
+        reading.push_back({{"bytes", r.bytes}, {"bytes_per_second", r.bytes_per_second}});
     return {{"device", peaks.device},
             {"threads", peaks.threads},
-            {"bytes_per_second", peaks.bytes_per_second},
             {"exp_per_second", peaks.exp_per_second},
-            {"log_per_second", peaks.log_per_second}};
+            {"log_per_second", peaks.log_per_second},
+            {"reading", reading}};
 }
 
 nlohmann::ordered_json to_message(const Measured& measured) {
@@ -133,7 +152,7 @@ nlohmann::ordered_json to_message(const Measured& measured) {
                            peaks = nlohmann::ordered_json::array();
     for (const Result& r : measured.results)
         rows.push_back({r.device, r.work, r.model, r.threads, r.samples_per_second, r.spread,
-                        r.bytes_per_sample, r.calls.exp, r.calls.log, r.answer});
+                        r.bytes_per_sample, r.working_set, r.calls.exp, r.calls.log, r.answer});
     for (const Peaks& p : measured.peaks)
         peaks.push_back(to_json(p));
     return {{"rows", rows}, {"peaks", peaks}};
@@ -150,13 +169,18 @@ Measured measured_from_message(const nlohmann::ordered_json& json) {
         r.samples_per_second = row.at(4);
         r.spread = row.at(5);
         r.bytes_per_sample = row.at(6);
-        r.calls = {row.at(7), row.at(8)};
-        r.answer = row.at(9).get<Answer>();
+        r.working_set = row.at(7);
+        r.calls = {row.at(8), row.at(9)};
+        r.answer = row.at(10).get<Answer>();
         measured.results.push_back(std::move(r));
     }
-    for (const auto& p : json.at("peaks"))
-        measured.peaks.push_back({p.at("device"), p.at("threads"), p.at("bytes_per_second"),
-                                  p.at("exp_per_second"), p.at("log_per_second")});
+    for (const auto& p : json.at("peaks")) {
+        Peaks peaks{
+            p.at("device"), p.at("threads"), p.at("exp_per_second"), p.at("log_per_second"), {}};
+        for (const auto& r : p.at("reading"))
+            peaks.reading.push_back({r.at("bytes"), r.at("bytes_per_second")});
+        measured.peaks.push_back(std::move(peaks));
+    }
     return measured;
 }
 

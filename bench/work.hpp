@@ -33,7 +33,8 @@ const Work* find_work(const std::string& name);
 
 /// What a run computed, as numbers that depend on every sample.
 using Answer = std::vector<double>;
-/// The largest relative difference; infinite for a NaN and for answers of different lengths.
+/// The largest relative difference, of values below a hundredth of the first as a share of that
+/// hundredth; infinite for a NaN and for answers of different lengths.
 double difference(const Answer& a, const Answer& reference);
 
 /// Seconds of repeated runs: the median, and the distance of the quartiles as a fraction of it.
@@ -63,6 +64,7 @@ struct Task {
     std::function<Answer()> answer; ///< of the last run; null where nothing is compared
     double samples = 0;             ///< a run handles
     double bytes_per_sample = 0;    ///< read and written
+    double working_set = 0;         ///< bytes that a run goes through
     Calls calls;
 };
 
@@ -72,7 +74,7 @@ struct Result {
     int threads = 1; ///< of the processor; compute units of a GPU
     double samples_per_second = 0;
     double spread = 0; ///< distance of the quartiles of the runs, as a fraction of their median
-    double bytes_per_sample = 0;
+    double bytes_per_sample = 0, working_set = 0;
     Calls calls;
     Answer answer;
     double difference = 0; ///< of the answer from float64's
@@ -84,8 +86,14 @@ Result measure(const Task& task, const std::string& device, int threads,
 struct Peaks {
     std::string device;
     int threads = 1;
-    double bytes_per_second = 0; ///< reading memory
     double exp_per_second = 0, log_per_second = 0;
+    /// Reading memory: bytes a second of buffers of so many bytes, caches included; ascending.
+    struct Reading {
+        double bytes, bytes_per_second;
+    };
+    std::vector<Reading> reading;
+    /// For a working set of so many bytes.
+    double bytes_per_second(double bytes) const;
     /// Shares of these that a result takes.
     double memory_share(const Result& result) const;
     double calls_share(const Result& result) const;

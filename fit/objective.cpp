@@ -70,16 +70,13 @@ Objective::Objective(const Device& device, std::shared_ptr<const FitProgram> pro
     coefficients_ = reference_;
 
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    const auto local = static_cast<std::size_t>(device_.form.local_size);
     cl::Kernel& prepare = kernel("prepare");
     prepare.setArg(0, samples_.directions);
     prepare.setArg(1, static_cast<cl_uint>(samples_.pairs));
     prepare.setArg(2, samples_.index);
     prepare.setArg(3, planes_);
     prepare.setArg(4, static_cast<cl_uint>(samples_.stride / width));
-    device_.queue.enqueueNDRangeKernel(prepare, cl::NullRange,
-                                       cl::NDRange(padded(samples_.stride / width, local)),
-                                       cl::NDRange(local));
+    enqueue_runs(device_, prepare, samples_.stride / width);
     device_.queue.finish();
 }
 
@@ -252,7 +249,6 @@ void Objective::compress(Metric metric) {
     if (compressed_for_ == metric)
         return;
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    const auto local = static_cast<std::size_t>(device_.form.local_size);
     if (!compressed_for_)
         compressed_ = make_buffer(device_, static_cast<std::size_t>(samples_.channels) *
                                                samples_.stride * sizeof(float));
@@ -261,8 +257,7 @@ void Objective::compress(Metric metric) {
     k.setArg(1, samples_.iz);
     k.setArg(2, static_cast<cl_uint>(samples_.stride / width));
     k.setArg(3, compressed_);
-    device_.queue.enqueueNDRangeKernel(
-        k, cl::NullRange, cl::NDRange(padded(samples_.stride / width, local)), cl::NDRange(local));
+    enqueue_runs(device_, k, samples_.stride / width);
     compressed_for_ = metric;
 }
 

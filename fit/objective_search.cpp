@@ -98,7 +98,6 @@ std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<doubl
 
 void Objective::write_fixed_rows(const cl::Buffer& rows) {
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    const auto local = static_cast<std::size_t>(device_.form.local_size);
     // Coupled shapes scale with 1 - f0: f0 = 0 stands for all.
     upload_parameters(std::vector<double>(layout().parameters.size(), 0.0), reference_);
     cl::Kernel& k = kernel("fixed_rows");
@@ -108,8 +107,7 @@ void Objective::write_fixed_rows(const cl::Buffer& rows) {
     k.setArg(3, static_cast<cl_uint>(samples_.stride / width));
     k.setArg(4, theta_);
     k.setArg(5, rows);
-    device_.queue.enqueueNDRangeKernel(
-        k, cl::NullRange, cl::NDRange(padded(samples_.stride / width, local)), cl::NDRange(local));
+    enqueue_runs(device_, k, samples_.stride / width);
     device_.queue.finish();
 }
 
@@ -118,7 +116,6 @@ void Objective::write_shape_rows(const cl::Buffer& rows, std::size_t first,
     if (candidates.empty())
         return;
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    const auto local = static_cast<std::size_t>(device_.form.local_size);
     const std::size_t parameters = candidates.front().size();
     const std::size_t batch = candidates_a_batch();
     cl::Kernel& k = kernel("shape_rows");
@@ -135,9 +132,7 @@ void Objective::write_shape_rows(const cl::Buffer& rows, std::size_t first,
         k.setArg(4, static_cast<cl_int>(parameters));
         k.setArg(5, static_cast<cl_uint>(first + begin));
         k.setArg(6, rows);
-        device_.queue.enqueueNDRangeKernel(
-            k, cl::NullRange, cl::NDRange(padded(samples_.stride / width, local), end - begin),
-            cl::NDRange(local, 1));
+        enqueue_runs(device_, k, samples_.stride / width, end - begin);
         device_.queue.finish();
     }
 }

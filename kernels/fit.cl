@@ -8,31 +8,39 @@
 // A group writes its sums in float32 (a block is small enough for 1e-6); the host adds the groups in
 // order in float64, so that results repeat bit for bit.
 
+// Plane p of sample i: on a CPU a sample's planes lie together, so that its few prefetchers follow one
+// stream instead of many; on a GPU neighbouring items read neighbouring samples.
+#if LS == 1
+#define PLANE_AT(stride, i, p) ((ulong)(i) * PLANES + (p))
+#else
+#define PLANE_AT(stride, i, p) ((ulong)(p) * (stride) + (i))
+#endif
+
 __constant const int entry_basis[ENTRIES + 1] = ENTRY_BASIS;
 
 // Fills the models' planes for the samples that `index` picks from the directions of a file.
 __kernel void prepare(__global const float* directions, uint pairs, __global const uint* index,
                       __global real* planes, uint stride)
 {
-    const uint i = get_global_id(0);
-    if (i >= stride)
-        return;
-    real direction[DIRECTION_PLANES];
-    for (int lane = 0; lane < V; ++lane) {
-        const uint k = index[i * V + lane];
-        for (int p = 0; p < DIRECTION_PLANES; ++p)
-            ((float*)direction)[p * V + lane] = directions[(ulong)p * pairs + k];
+    FOR_EACH_OF_RUN(i, stride)
+    {
+        real direction[DIRECTION_PLANES];
+        for (int lane = 0; lane < V; ++lane) {
+            const uint k = index[i * V + lane];
+            for (int p = 0; p < DIRECTION_PLANES; ++p)
+                ((float*)direction)[p * V + lane] = directions[(ulong)p * pairs + k];
+        }
+        real plane[PLANES + 1];
+        material_prepare(geometry_of(direction), plane);
+        for (int p = 0; p < PLANES; ++p)
+            planes[PLANE_AT(stride, i, p)] = plane[p];
     }
-    real plane[PLANES + 1];
-    material_prepare(geometry_of(direction), plane);
-    for (int p = 0; p < PLANES; ++p)
-        planes[(ulong)p * stride + i] = plane[p];
 }
 
 static inline void read_planes(__global const real* planes, uint stride, uint i, real* plane)
 {
     for (int p = 0; p < PLANES; ++p)
-        plane[p] = planes[p * stride + i];
+        plane[p] = planes[PLANE_AT(stride, i, p)];
 }
 
 // The sums of variable projection over the extended basis {b_j, derivative entries d_e}, with
@@ -170,9 +178,8 @@ inline real compressed_cbrt(real x, real* slope)
     __kernel void NAME(__global const real* values, __global const real* iz, uint stride,         \
                        __global real* compressed)                                                 \
     {                                                                                              \
-        const uint i = get_global_id(0);                                                           \
         real unused;                                                                               \
-        if (i < stride)                                                                            \
+        FOR_EACH_OF_RUN(i, stride)                                                                 \
             for (int ch = 0; ch < CHANNELS; ++ch)                                                  \
                 compressed[(ulong)ch * stride + i] =                                               \
                     PHI(iz[i] * values[(ulong)ch * stride + i], &unused);                          \
@@ -307,16 +314,16 @@ __kernel void fixed_rows(__global const real* planes, __global const real* value
                          __global const real* weights, uint stride, __constant const float* theta,
                          __global real* rows)
 {
-    const uint i = get_global_id(0);
-    if (i >= stride)
-        return;
-    real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
-    read_planes(planes, stride, i, plane);
-    material_basis(plane, theta, b, d);
-    const real root = sqrt(weights[i]);
-    for (int ch = 0; ch < CHANNELS; ++ch)
-        rows[(ulong)ch * stride + i] = root * values[(ulong)ch * stride + i];
-    rows[(ulong)CHANNELS * stride + i] = root * b[0];
+    FOR_EACH_OF_RUN(i, stride)
+    {
+        real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
+        read_planes(planes, stride, i, plane);
+        material_basis(plane, theta, b, d);
+        const real root = sqrt(weights[i]);
+        for (int ch = 0; ch < CHANNELS; ++ch)
+            rows[(ulong)ch * stride + i] = root * values[(ulong)ch * stride + i];
+        rows[(ulong)CHANNELS * stride + i] = root * b[0];
+    }
 }
 
 // Row first + n: the last lobe's shape at candidate n, times sqrt(W). theta: [candidate][parameters]
@@ -324,14 +331,14 @@ __kernel void shape_rows(__global const real* planes, __global const real* weigh
                          __constant const float* theta, int parameters, uint first,
                          __global real* rows)
 {
-    const uint i = get_global_id(0);
     const uint n = get_global_id(1);
-    if (i >= stride)
-        return;
-    real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
-    read_planes(planes, stride, i, plane);
-    material_basis(plane, theta + n * parameters, b, d);
-    rows[(ulong)(first + n) * stride + i] = sqrt(weights[i]) * b[BASIS - 1];
+    FOR_EACH_OF_RUN(i, stride)
+    {
+        real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
+        read_planes(planes, stride, i, plane);
+        material_basis(plane, theta + n * parameters, b, d);
+        rows[(ulong)(first + n) * stride + i] = sqrt(weights[i]) * b[BASIS - 1];
+    }
 }
 
 // For the global search over one lobe: sums of every candidate's shape s = b of the last lobe and, where

@@ -15,6 +15,10 @@ struct Form {
     int block;        ///< samples a group, a multiple of V * LS
     int candidates;   ///< of a batched search that a work-item carries at once
 
+    /// Vectors a work-item handles one after the other where there is nothing to sum (RUN): on a
+    /// CPU enough to make starting a group cheap.
+    int run() const { return local_size == 1 ? 64 : 1; }
+
     friend bool operator==(const Form& a, const Form& b) {
         return a.vector_width == b.vector_width && a.local_size == b.local_size &&
                a.block == b.block && a.candidates == b.candidates;

@@ -121,9 +121,9 @@ cl::Program built(const Device& device, const std::string& text, const std::stri
     const Form& form = device.form;
     cl::Program program(device.context,
                         fmt::format("#define V {}\n#define LS {}\n#define BLOCK {}\n"
-                                    "#define CANDIDATES {}\n",
+                                    "#define CANDIDATES {}\n#define RUN {}\n",
                                     form.vector_width, form.local_size,
-                                    form.block / form.vector_width, form.candidates) +
+                                    form.block / form.vector_width, form.candidates, form.run()) +
                             text);
     try {
         program.build(device.handle, "-cl-std=CL1.2 -cl-mad-enable");

@@ -105,7 +105,6 @@ Sampler::Sampler(const Device& device, const Material& material)
 void Sampler::draw(const Vector& wo, std::size_t first, std::size_t n, std::uint64_t seed,
                    Sequence sequence) const {
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    const auto local = static_cast<std::size_t>(device_.form.local_size);
     const std::size_t count = padded(n, width) / width;
     cl_float4 direction{};
     for (std::size_t k = 0; k < 3; ++k)
@@ -123,8 +122,7 @@ void Sampler::draw(const Vector& wo, std::size_t first, std::size_t n, std::uint
     kernel.setArg(8, coefficients_);
     kernel.setArg(9, static_cast<cl_int>(channels_));
     kernel.setArg(10, out_);
-    device_.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(padded(count, local)),
-                                       cl::NDRange(local));
+    enqueue_runs(device_, kernel, count);
 }
 
 void Sampler::draw(const Vector& wo, std::size_t n, std::uint64_t seed, Sequence sequence) const {
