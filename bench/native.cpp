@@ -104,8 +104,7 @@ std::vector<std::pair<Task, int>> simd_tasks(const Problem& problem,
                 },
                 [answer] { return *answer; },
                 static_cast<double>(count),
-                static_cast<double>((planes + channels + 1) * sizeof(float)),
-                {}};
+                static_cast<double>((planes + channels + 1) * sizeof(float))};
             tasks.emplace_back(std::move(task), n);
         }
 #else

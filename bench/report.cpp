@@ -69,9 +69,13 @@ void print_device(const Report& report, const Device& device) {
                device.driver, device.compute_units);
     for (const Peaks& peaks : report.measured.peaks)
         if (peaks.device == device.name)
-            fmt::print("{} thread{}: reads {:.1f} GB/s, {:.2f} G exp/s, {:.2f} G log/s\n",
-                       peaks.threads, peaks.threads == 1 ? "" : "s", peaks.bytes_per_second / 1e9,
-                       peaks.exp_per_second / 1e9, peaks.log_per_second / 1e9);
+            fmt::print(
+                "{} thread{}: reads {:.1f} GB/s of {:.0f} MB, {:.1f} GB/s of {:.0f} MB; "
+                "{:.2f} G exp/s, {:.2f} G log/s\n",
+                peaks.threads, peaks.threads == 1 ? "" : "s",
+                peaks.reading.back().bytes_per_second / 1e9, peaks.reading.back().bytes / 1e6,
+                peaks.reading.front().bytes_per_second / 1e9, peaks.reading.front().bytes / 1e6,
+                peaks.exp_per_second / 1e9, peaks.log_per_second / 1e9);
     for (const Work& work : works) {
         const std::vector<std::string> models = models_of(results, work.name);
         if (models.empty())

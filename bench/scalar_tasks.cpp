@@ -35,8 +35,7 @@ Task task_of(const Shared& loop, const char* work) {
             {},
             {},
             static_cast<double>(loop->samples.size()),
-            static_cast<double>(sizeof(ScalarSample)),
-            {}};
+            static_cast<double>(sizeof(ScalarSample))};
 }
 
 Task eval_task(const Shared& loop) {

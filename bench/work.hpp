@@ -65,7 +65,7 @@ struct Task {
     double samples = 0;             ///< a run handles
     double bytes_per_sample = 0;    ///< read and written
     double working_set = 0;         ///< bytes that a run goes through
-    Calls calls;
+    Calls calls = {};
 };
 
 /// A row of the results.
