@@ -46,7 +46,7 @@ double difference(const Answer& a, const Answer& reference) {
 Timing timing_of(std::vector<double> seconds) {
     std::sort(seconds.begin(), seconds.end());
     const double median = quantile(seconds, 0.5);
-    return {median, (quantile(seconds, 0.75) - quantile(seconds, 0.25)) / median};
+    return {median, (quantile(seconds, 0.75) - quantile(seconds, 0.25)) / median, seconds.front()};
 }
 
 Timing time_runs(const std::function<void()>& body, const Repeats& repeats) {

@@ -37,9 +37,10 @@ using Answer = std::vector<double>;
 /// hundredth; infinite for a NaN and for answers of different lengths.
 double difference(const Answer& a, const Answer& reference);
 
-/// Seconds of repeated runs: the median, and the distance of the quartiles as a fraction of it.
+/// Seconds of repeated runs: the median, the distance of the quartiles as a fraction of it, and the
+/// least.
 struct Timing {
-    double median, spread;
+    double median, spread, best;
 };
 Timing timing_of(std::vector<double> seconds);
 
