@@ -13,6 +13,8 @@ namespace brdfit::bench {
 
 namespace {
 
+using lazy::LazyLog;
+
 constexpr std::size_t channels = 3;
 constexpr int most_parameters = 4;
 constexpr std::size_t most_planes = 16;
@@ -38,21 +40,21 @@ Geometry geometry_between(const Vector& wi, const Vector& wo) {
 #define DEFINE_SHAPE(DIFFUSE, LOBE)                                                                \
     struct DIFFUSE##_##LOBE {                                                                      \
         static constexpr int basis = 2;                                                            \
-        static void prepare(const scalar::geometry& q, double* plane) {                            \
+        [[gnu::always_inline]] static void prepare(const scalar::geometry& q, LazyLog* plane) {    \
             scalar::DIFFUSE##_prepare(q, plane);                                                   \
             scalar::LOBE##_prepare(q, plane + diffuse_planes(#DIFFUSE));                           \
         }                                                                                          \
-        static void value(const double* plane, const double* theta, int parameters, double* b,     \
-                          double* d) {                                                             \
+        [[gnu::always_inline]] static void value(const LazyLog* plane, const double* theta,        \
+                                                 int parameters, LazyLog* b, LazyLog* d) {         \
             b[0] = scalar::DIFFUSE(plane, theta, d + parameters);                                  \
             b[1] = scalar::LOBE(plane + diffuse_planes(#DIFFUSE), theta, d);                       \
         }                                                                                          \
-        static scalar::geometry draw(scalar::vector wo, const double* theta, double u1,            \
-                                     double u2) {                                                  \
+        static scalar::geometry draw(scalar::vector wo, const double* theta, LazyLog u1,           \
+                                     LazyLog u2) {                                                 \
             return scalar::LOBE##_sample(wo, theta, u1, u2);                                       \
         }                                                                                          \
         static double density(const scalar::geometry& q, const double* theta) {                    \
-            return scalar::LOBE##_density(q, theta);                                               \
+            return scalar::LOBE##_density(q, theta).value();                                       \
         }                                                                                          \
         static void count_prepare(const counted::geometry& q, double* plane) {                     \
             counted::DIFFUSE##_prepare(q, plane);                                                  \
@@ -73,18 +75,18 @@ Geometry geometry_between(const Vector& wi, const Vector& wo) {
 #define DEFINE_DIFFUSE(DIFFUSE)                                                                    \
     struct DIFFUSE##_alone {                                                                       \
         static constexpr int basis = 1;                                                            \
-        static void prepare(const scalar::geometry& q, double* plane) {                            \
+        [[gnu::always_inline]] static void prepare(const scalar::geometry& q, LazyLog* plane) {    \
             scalar::DIFFUSE##_prepare(q, plane);                                                   \
         }                                                                                          \
-        static void value(const double* plane, const double* theta, int parameters, double* b,     \
-                          double* d) {                                                             \
+        [[gnu::always_inline]] static void value(const LazyLog* plane, const double* theta,        \
+                                                 int parameters, LazyLog* b, LazyLog* d) {         \
             b[0] = scalar::DIFFUSE(plane, theta, d + parameters);                                  \
         }                                                                                          \
-        static scalar::geometry draw(scalar::vector wo, const double*, double u1, double u2) {     \
+        static scalar::geometry draw(scalar::vector wo, const double*, LazyLog u1, LazyLog u2) {   \
             return scalar::cosine_sample(wo, u1, u2);                                              \
         }                                                                                          \
         static double density(const scalar::geometry& q, const double*) {                          \
-            return scalar::cosine_density(q);                                                      \
+            return scalar::cosine_density(q).value();                                              \
         }                                                                                          \
         static void count_prepare(const counted::geometry& q, double* plane) {                     \
             counted::DIFFUSE##_prepare(q, plane);                                                  \
@@ -108,24 +110,36 @@ struct FromDirections {
     const std::vector<ScalarSample>& samples;
     std::size_t count() const { return samples.size(); }
     template <typename Shape>
-    const double* planes(std::size_t k, double* space) const {
-        Shape::prepare(geometry_between<scalar::geometry>(samples[k].wi, samples[k].wo), space);
-        return space;
+    [[gnu::always_inline]] void planes(std::size_t k, LazyLog* plane) const {
+        Shape::prepare(geometry_between<scalar::geometry>(samples[k].wi, samples[k].wo), plane);
     }
     const double* values(std::size_t k) const { return samples[k].y.data(); }
     double weight(std::size_t k) const { return samples[k].weight; }
 };
 struct FromRows {
-    const std::vector<double>& rows;
-    std::size_t row; // doubles a sample: planes, channels, weight
-    std::size_t count() const { return rows.size() / row; }
+    const std::vector<double>& rows; // and most_planes more, so that all can be read of the last
+    std::size_t row;                 // doubles a sample: planes, channels, weight
+    std::size_t count() const { return (rows.size() - most_planes) / row; }
     template <typename Shape>
-    const double* planes(std::size_t k, double*) const {
-        return rows.data() + k * row;
+    [[gnu::always_inline]] void planes(std::size_t k, LazyLog* plane) const {
+        for (std::size_t p = 0; p < most_planes; ++p)
+            plane[p] = rows[k * row + p];
     }
     const double* values(std::size_t k) const { return rows.data() + (k + 1) * row - channels - 1; }
     double weight(std::size_t k) const { return rows[(k + 1) * row - 1]; }
 };
+
+// The shape's values and derivatives as numbers.
+template <typename Shape, int parameters>
+[[gnu::always_inline]] inline void values_at(const LazyLog* plane, const double* theta, double* b,
+                                             double* d) {
+    LazyLog lazy_b[2], lazy_d[parameters + 2];
+    Shape::value(plane, theta, parameters, lazy_b, lazy_d);
+    for (int j = 0; j < Shape::basis; ++j)
+        b[j] = lazy_b[j].value();
+    for (int e = 0; e < parameters + 2; ++e)
+        d[e] = lazy_d[e].value();
+}
 
 // The sums of ScalarSums, with numbers of unknowns and derivatives that the compiler knows.
 template <typename Shape, int parameters, bool coupled, Sums wanted, typename Source>
@@ -136,9 +150,10 @@ ScalarSums sums_of(const Source source, const double* theta) {
     double sum[all] = {};
     const std::size_t count = source.count();
     for (std::size_t i = 0; i < count; ++i) {
-        double space[most_planes], b[basis], d[parameters + 2];
-        const double* const plane = source.template planes<Shape>(i, space);
-        Shape::value(plane, theta, parameters, b, d);
+        LazyLog plane[most_planes];
+        double b[2], d[parameters + 2];
+        source.template planes<Shape>(i, plane);
+        values_at<Shape, parameters>(plane, theta, b, d);
         const double* const y = source.values(i);
         const double w = source.weight(i);
         int k = 0;
@@ -201,10 +216,13 @@ ScalarSums sums_for(const Source source, const double* theta, int parameters, Su
 template <typename Shape>
 std::vector<double> rows_of(const std::vector<ScalarSample>& samples, std::size_t planes) {
     const std::size_t row = planes + channels + 1;
-    std::vector<double> rows(samples.size() * row);
+    std::vector<double> rows(samples.size() * row + most_planes);
     for (std::size_t k = 0; k < samples.size(); ++k) {
         double* const to = rows.data() + k * row;
-        Shape::prepare(geometry_between<scalar::geometry>(samples[k].wi, samples[k].wo), to);
+        LazyLog plane[most_planes];
+        Shape::prepare(geometry_between<scalar::geometry>(samples[k].wi, samples[k].wo), plane);
+        for (std::size_t p = 0; p < planes; ++p)
+            to[p] = plane[p].value();
         std::copy(samples[k].y.begin(), samples[k].y.end(), to + planes);
         to[row - 1] = samples[k].weight;
     }
@@ -215,9 +233,10 @@ template <typename Shape>
 void evaluate_with(const std::vector<ScalarSample>& samples, const double* theta, const double* a,
                    double* f) {
     for (std::size_t i = 0; i < samples.size(); ++i) {
-        double plane[most_planes], b[2] = {0, 0}, d[most_parameters + 2];
+        LazyLog plane[most_planes];
+        double b[2] = {0, 0}, d[most_parameters + 2];
         Shape::prepare(geometry_between<scalar::geometry>(samples[i].wi, samples[i].wo), plane);
-        Shape::value(plane, theta, most_parameters, b, d);
+        values_at<Shape, most_parameters>(plane, theta, b, d);
         for (std::size_t ch = 0; ch < channels; ++ch)
             f[channels * i + ch] = a[2 * ch] * b[0] + a[2 * ch + 1] * b[1];
     }
@@ -228,18 +247,19 @@ void draw_with(std::size_t n, const Vector& wo, const std::uint32_t* scrambles, 
                const double* full_theta, double* out) {
     for (std::size_t i = 0; i < n; ++i) {
         const auto index = static_cast<std::uint32_t>(i);
-        const double u1 = scalar::unit_interval(scalar::sobol_0(index, scrambles[0]));
-        const double u2 = scalar::unit_interval(scalar::sobol_1(index, scrambles[1]));
+        const LazyLog u1 = scalar::unit_interval(scalar::sobol_0(index, scrambles[0]));
+        const LazyLog u2 = scalar::unit_interval(scalar::sobol_1(index, scrambles[1]));
         const scalar::geometry q = Shape::draw({wo[0], wo[1], wo[2]}, full_theta, u1, u2);
-        out[3 * i] = q.wi_z;
+        out[3 * i] = q.wi_z.value();
         out[3 * i + 1] = out[3 * i + 2] = 0;
         if (!(q.wi_z > 0))
             continue;
-        double plane[most_planes], b[2], d[most_parameters + 2];
+        LazyLog plane[most_planes];
+        double b[2], d[most_parameters + 2];
         Shape::prepare(q, plane);
-        Shape::value(plane, theta, most_parameters, b, d);
+        values_at<Shape, most_parameters>(plane, theta, b, d);
         out[3 * i + 1] = Shape::density(q, full_theta);
-        out[3 * i + 2] = b[Shape::basis - 1] * q.wi_z / out[3 * i + 1];
+        out[3 * i + 2] = b[Shape::basis - 1] * out[3 * i] / out[3 * i + 1];
     }
 }
 
@@ -320,6 +340,10 @@ const std::map<Key, ScalarModel>& models() {
 }
 
 } // namespace
+
+double lazy::logarithm(double x) {
+    return std::log(x);
+}
 
 const ScalarModel* ScalarModel::find(const Structure& structure) {
     if (structure.lobes.size() > 1 || !structure.isotropic ||

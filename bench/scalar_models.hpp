@@ -4,6 +4,8 @@
 // like its equations is nearly C++. Compiled twice, the second time counting calls of exp and log.
 // See cmake/scalar_models.cmake for the generated list.
 
+#include "bench/lazy_log.hpp"
+
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
@@ -17,6 +19,17 @@ struct CallCounts {
 };
 inline CallCounts call_counts;
 
+// What OpenCL C has and C++ does not.
+inline double sign(double x) {
+    return x > 0 ? 1 : x < 0 ? -1 : 0;
+}
+inline double convert_float(std::uint32_t x) {
+    return x;
+}
+inline std::uint32_t mul_hi(std::uint32_t a, std::uint32_t b) {
+    return static_cast<std::uint32_t>(std::uint64_t{a} * b >> 32);
+}
+
 #define V 1
 #define ROUGHNESSES 1
 #define __global
@@ -25,26 +38,22 @@ inline CallCounts call_counts;
 #define float double // theta and whatever else is scalar on a device
 
 namespace scalar {
-using real = double;
+using real = lazy::LazyLog;
 using mask = bool;
 using uint = std::uint32_t;
-using std::exp, std::log, std::log1p;
-inline double rsqrt(double x) {
-    return 1 / std::sqrt(x);
-}
-inline double sign(double x) {
-    return x > 0 ? 1 : x < 0 ? -1 : 0;
-}
-inline double clamp(double x, double low, double high) {
-    return std::clamp(x, low, high);
-}
-inline double convert_float(uint x) {
-    return x;
-}
-inline uint mul_hi(uint a, uint b) {
-    return static_cast<uint>(std::uint64_t{a} * b >> 32);
-}
+using lazy::exp, lazy::log, lazy::log1p, lazy::sqrt, lazy::fmin, lazy::fmax, lazy::fabs;
+using std::exp, std::log, std::log1p, std::sqrt, std::fmin, std::fmax, std::fabs; // of theta
+// Whatever were not inlined would not know whose logarithm is none. Near the pole, where float32
+// needs care, float64 needs none.
+#define inline inline __attribute__((always_inline))
+#define log_hz log_hz_of_float32
+#define LOG_HZ                                                                                     \
+    static inline real log_hz(geometry q) {                                                        \
+        return log(q.h_z);                                                                         \
+    }
 #include "scalar_models.inc"
+#undef inline
+#undef LOG_HZ
 } // namespace scalar
 
 namespace counted {
@@ -60,8 +69,13 @@ inline double log(double x) {
 inline double log1p(double x) {
     return ++call_counts.log, std::log1p(x);
 }
-using scalar::rsqrt, scalar::sign, scalar::clamp, scalar::convert_float, scalar::mul_hi;
+using std::sqrt, std::fmin, std::fmax, std::fabs, std::rint;
+inline double rsqrt(double x) {
+    return 1 / std::sqrt(x);
+}
+#define LOG_HZ
 #include "scalar_models.inc"
+#undef LOG_HZ
 } // namespace counted
 
 #undef V

@@ -250,8 +250,9 @@ void Objective::compress(Metric metric) {
         return;
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     if (!compressed_for_)
-        compressed_ = make_buffer(device_, static_cast<std::size_t>(samples_.channels) *
-                                               samples_.stride * sizeof(float));
+        compressed_ =
+            make_buffer(device_, static_cast<std::size_t>(samples_.chunk * samples_.chunks) *
+                                     samples_.stride * sizeof(float));
     cl::Kernel& k = kernel(metric == Metric::Log ? "log_compress" : "cbrt_compress");
     k.setArg(0, samples_.values);
     k.setArg(1, samples_.iz);

@@ -8,12 +8,14 @@
 // A group writes its sums in float32 (a block is small enough for 1e-6); the host adds the groups in
 // order in float64, so that results repeat bit for bit.
 
-// Plane p of sample i: on a CPU a sample's planes lie together, so that its few prefetchers follow one
-// stream instead of many; on a GPU neighbouring items read neighbouring samples.
+// Plane p and channel ch of sample i: on a CPU a sample's planes lie together, and its channels by
+// chunks, so that few prefetchers follow few streams; on a GPU neighbouring items read neighbouring samples.
 #if LS == 1
 #define PLANE_AT(stride, i, p) ((ulong)(i) * PLANES + (p))
+#define VALUE_AT(stride, i, ch) (((ulong)((ch) / CHUNK) * (stride) + (i)) * CHUNK + (ch) % CHUNK)
 #else
 #define PLANE_AT(stride, i, p) ((ulong)(p) * (stride) + (i))
+#define VALUE_AT(stride, i, ch) ((ulong)(ch) * (stride) + (i))
 #endif
 
 __constant const int entry_basis[ENTRIES + 1] = ENTRY_BASIS;
@@ -63,7 +65,6 @@ static inline void read_planes(__global const real* planes, uint stride, uint i,
         __local float scratch[LS];                                                                 \
         const uint chunk = get_group_id(1);                                                        \
         __global const float* a = coefficients + chunk * CHUNK * BASIS;                          \
-        __global const real* y = values + (ulong)chunk * CHUNK * stride;                           \
         const uint begin = get_group_id(0) * BLOCK;                                                \
         real sum[COUNT];                                                                           \
         _Pragma("unroll") for (int k = 0; k < COUNT; ++k) sum[k] = 0.0f;                           \
@@ -74,7 +75,7 @@ static inline void read_planes(__global const real* planes, uint stride, uint i,
             material_basis(plane, theta, b, d);                                                    \
             _Pragma("unroll") for (int ch = 0; ch < CHUNK; ++ch)                                   \
             {                                                                                      \
-                r[ch] = y[ch * stride + i];                                                        \
+                r[ch] = values[VALUE_AT(stride, i, chunk * CHUNK + ch)];                           \
                 _Pragma("unroll") for (int j = 0; j < BASIS; ++j) r[ch] -= a[ch * BASIS + j] * b[j]; \
             }                                                                                      \
             int k = 0;                                                                             \
@@ -134,7 +135,7 @@ residual_gradient(__global const real* planes, __global const real* values,
         for (int j = 0; j < BASIS; ++j)
             pull[j] = 0.0f;
         for (int ch = 0; ch < CHANNELS; ++ch) {
-            real r = values[(ulong)ch * stride + i];
+            real r = values[VALUE_AT(stride, i, ch)];
 #pragma unroll
             for (int j = 0; j < BASIS; ++j)
                 r -= coefficients[ch * BASIS + j] * b[j];
@@ -181,8 +182,8 @@ inline real compressed_cbrt(real x, real* slope)
         real unused;                                                                               \
         FOR_EACH_OF_RUN(i, stride)                                                                 \
             for (int ch = 0; ch < CHANNELS; ++ch)                                                  \
-                compressed[(ulong)ch * stride + i] =                                               \
-                    PHI(iz[i] * values[(ulong)ch * stride + i], &unused);                          \
+                compressed[VALUE_AT(stride, i, ch)] =                                               \
+                    PHI(iz[i] * values[VALUE_AT(stride, i, ch)], &unused);                          \
     }
 
 DEFINE_COMPRESS(log_compress, compressed_log)
@@ -243,7 +244,7 @@ inline real curvature_cbrt(real p, real q, real slope, int secant)
                 __global const float* a = coefficients + ch * BASIS;                             \
                 real f = 0.0f, slope;                                                              \
                 _Pragma("unroll") for (int j = 0; j < BASIS; ++j) f += a[j] * b[j];                \
-                const real q = compressed[(ulong)ch * stride + i];                                 \
+                const real q = compressed[VALUE_AT(stride, i, ch)];                                 \
                 const real p = PHI(cosine * f, &slope);                                            \
                 const real r = p - q;                                                              \
                 sum[k++] += w * r * r;                                                             \
@@ -292,7 +293,7 @@ metric_sums(__global const real* planes, __global const real* values,
         const real w = solid_angle[i];
         const real cosine = iz[i];
         for (int ch = 0; ch < CHANNELS; ++ch) {
-            const real y = values[(ulong)ch * stride + i];
+            const real y = values[VALUE_AT(stride, i, ch)];
             real f = 0.0f;
 #pragma unroll
             for (int j = 0; j < BASIS; ++j)
@@ -321,7 +322,7 @@ __kernel void fixed_rows(__global const real* planes, __global const real* value
         material_basis(plane, theta, b, d);
         const real root = sqrt(weights[i]);
         for (int ch = 0; ch < CHANNELS; ++ch)
-            rows[(ulong)ch * stride + i] = root * values[(ulong)ch * stride + i];
+            rows[(ulong)ch * stride + i] = root * values[VALUE_AT(stride, i, ch)];
         rows[(ulong)CHANNELS * stride + i] = root * b[0];
     }
 }
@@ -356,7 +357,6 @@ shape_sums(__global const real* planes, __global const real* values, __global co
     const uint first = get_group_id(0) * CANDIDATES;
     const uint begin = get_group_id(1) * BLOCK;
     const uint chunk = get_group_id(2);
-    __global const real* y = values + (ulong)chunk * CHUNK * stride;
     real sum[CANDIDATES * SHAPE_SUMS];
 #pragma unroll
     for (int k = 0; k < CANDIDATES * SHAPE_SUMS; ++k)
@@ -367,7 +367,7 @@ shape_sums(__global const real* planes, __global const real* values, __global co
         const real w = weights[i];
 #pragma unroll
         for (int ch = 0; ch < CHUNK; ++ch)
-            wy[ch] = w * y[ch * stride + i];
+            wy[ch] = w * values[VALUE_AT(stride, i, chunk * CHUNK + ch)];
         material_basis(plane, diffuse_theta, b, d);
         const real wb = w * b[0];
 #pragma unroll

@@ -27,7 +27,8 @@ static inline void beckmann_smith_prepare(geometry q, real* plane)
 // L of a direction, and in *slope its derivative by inverse2 = 1 / a^2, times 2.
 static inline real beckmann_lambda(real inverse2, real* slope)
 {
-    const real a = rsqrt(fmax(inverse2, (real)(1e-2f))); // beyond a = 10 L vanishes
+    // Beyond a = 10 L vanishes; at grazing inverse2, and so L, may be infinite.
+    const real a = rsqrt(fmin(fmax(inverse2, (real)(1e-2f)), (real)(1e37f)));
     const real gauss = exp(-a * a);
     // erfc(a) = poly(t) exp(-a^2), to 1.5e-7 (Abramowitz and Stegun 7.1.26).
     const real t = 1.0f / (1.0f + 0.3275911f * a);
