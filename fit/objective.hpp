@@ -153,7 +153,7 @@ class Objective {
     DeviceSamples samples_;
     cl::Buffer planes_, theta_, coefficient_buffer_, out_;
     std::size_t out_size_ = 0;
-    cl::Buffer compressed_; // phi(iz y) of a metric that is not quadratic: [channel][stride]
+    cl::Buffer compressed_; // phi(iz y) of a metric that is not quadratic, as samples_.values
     std::optional<Metric> compressed_for_;
     std::vector<std::pair<const char*, cl::Kernel>> kernels_;
     std::vector<float> staged_theta_, staged_coefficients_, staged_out_;
