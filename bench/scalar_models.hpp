@@ -2,7 +2,7 @@
 
 // The project's model kernels as plain C++ in float64, one sample at a time: OpenCL C that reads
 // like its equations is nearly C++. Compiled twice, the second time counting calls of exp and log.
-// See cmake/scalar_models.cmake for the generated list.
+// See bench/scalar_models.cmake for the generated list.
 
 #include "bench/lazy_log.hpp"
 

@@ -2,6 +2,7 @@
 
 #include "fit/fit.hpp"
 #include "host/model/synthesise.hpp"
+#include "tests/support.hpp"
 
 #include <string>
 #include <vector>
@@ -11,7 +12,6 @@
 
 namespace brdfit::test {
 
-const Device& device();
 ProgramCache& programs();
 
 /// Names of models to fit: lobes and coupled models, or all of them with the diffuse shapes.

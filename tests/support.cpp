@@ -79,4 +79,9 @@ std::filesystem::path data_folder() {
     return folder == nullptr ? "" : folder;
 }
 
+const Device& device() {
+    static const Device opened = open_device();
+    return opened;
+}
+
 } // namespace brdfit::test

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "host/device/device.hpp"
+
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -38,6 +40,9 @@ struct Outcome {
 Outcome run_program(const std::vector<std::string>& arguments,
                     const std::vector<std::string>& environment = {},
                     const std::function<void(pid_t)>& meanwhile = {});
+
+/// The default device, opened once.
+const Device& device();
 
 /// A folder of measured data given by the environment variable BRDFIT_DATA; empty when unset.
 std::filesystem::path data_folder();

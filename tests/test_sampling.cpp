@@ -27,11 +27,6 @@ constexpr double degree = pi / 180;
 /// Standard deviations at which a check fails by chance once in 1e9 times.
 constexpr double far_off = 6;
 
-const Device& device() {
-    static const Device opened = open_device();
-    return opened;
-}
-
 /// A lobe of roughness `across` along y and `along` along x; an exponent n stands for sqrt(2 / n).
 /// The other parameters are typical.
 Lobe lobe_of(const Model& model, bool isotropic, double along, double across) {
@@ -39,7 +34,7 @@ Lobe lobe_of(const Model& model, bool isotropic, double along, double across) {
     bool first = true;
     for (const Parameter& p : model.parameters(isotropic)) {
         double value = p.start * (1 - 0.1 * static_cast<double>(lobe.theta.size()));
-        if (p.scale != Scale::Linear) {
+        if (p.width()) {
             const double roughness = first ? along : across;
             value = p.scale == Scale::Log ? roughness : 2 / (roughness * roughness);
             first = false;

@@ -1,0 +1,165 @@
+#include "host/image/image.hpp"
+
+#include "host/error.hpp"
+#include "host/file.hpp"
+#include "host/image/limits.hpp"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfPartType.h>
+#include <ImfStringAttribute.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fmt/format.h>
+#include <limits>
+
+namespace brdfit {
+
+namespace {
+
+class BytesIn : public Imf::IStream {
+  public:
+    explicit BytesIn(const MappedFile& file) : IStream(file.path().c_str()), bytes_(file.bytes()) {}
+    bool read(char c[], int n) override {
+        if (n < 0 || static_cast<std::size_t>(n) > bytes_.size() - at_)
+            throw InputError("the file ends early");
+        std::memcpy(c, bytes_.data() + at_, static_cast<std::size_t>(n));
+        at_ += static_cast<std::size_t>(n);
+        return at_ < bytes_.size();
+    }
+    uint64_t tellg() override { return at_; }
+    void seekg(uint64_t position) override {
+        if (position > bytes_.size())
+            throw InputError("the file ends early");
+        at_ = static_cast<std::size_t>(position);
+    }
+
+  private:
+    std::string_view bytes_;
+    std::size_t at_ = 0;
+};
+
+class BytesOut : public Imf::OStream {
+  public:
+    explicit BytesOut(const std::string& path) : OStream(path.c_str()) {}
+    void write(const char c[], int n) override {
+        const auto count = static_cast<std::size_t>(n);
+        bytes_.resize(std::max(bytes_.size(), at_ + count));
+        std::memcpy(bytes_.data() + at_, c, count);
+        at_ += count;
+    }
+    uint64_t tellp() override { return at_; }
+    void seekp(uint64_t position) override { at_ = static_cast<std::size_t>(position); }
+    std::string_view bytes() const { return bytes_; }
+
+  private:
+    std::string bytes_;
+    std::size_t at_ = 0;
+};
+
+std::map<std::string, std::string> string_attributes(const Imf::Header& header) {
+    std::map<std::string, std::string> found;
+    for (auto a = header.begin(); a != header.end(); ++a)
+        if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute()))
+            found[a.name()] = text->value();
+    found.erase("type"); // the kind of part, not metadata
+    return found;
+}
+
+Image read_exr(const MappedFile& file) {
+    BytesIn stream(file);
+    Imf::InputFile input(stream, 0);
+    const Imf::Header& header = input.header();
+    if (header.hasType() && !Imf::isImage(header.type()))
+        throw InputError("the first part is deep; expected a flat image");
+    const Imath::Box2i window = header.dataWindow();
+    Image image;
+    image.width = static_cast<std::size_t>(std::int64_t{window.max.x} - window.min.x + 1);
+    image.height = static_cast<std::size_t>(std::int64_t{window.max.y} - window.min.y + 1);
+    image.metadata = string_attributes(header);
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
+        if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
+            throw InputError(fmt::format(
+                "channel {} is subsampled; expected a value for every pixel", c.name()));
+        image.channels.emplace_back(c.name());
+    }
+    check_image_size(image.width, image.height, image.channels.size(), file.bytes().size());
+
+    Imf::FrameBuffer frame;
+    for (const std::string& channel : image.channels) {
+        std::vector<float>& plane = image.planes.emplace_back(image.width * image.height);
+        frame.insert(channel, Imf::Slice::Make(Imf::FLOAT, plane.data(), window));
+    }
+    input.setFrameBuffer(frame);
+    input.readPixels(window.min.y, window.max.y);
+    return image;
+}
+
+} // namespace
+
+const std::vector<float>* Image::plane(const std::string& channel) const {
+    const auto found = std::find(channels.begin(), channels.end(), channel);
+    return found == channels.end() ? nullptr
+                                   : &planes[static_cast<std::size_t>(found - channels.begin())];
+}
+
+Image read_exr(const std::string& path) {
+    const MappedFile file(path);
+    try {
+        return read_exr(file);
+    } catch (const std::exception& e) {
+        throw InputError(fmt::format("{}: not a readable OpenEXR image: {}", path, e.what()));
+    }
+}
+
+void write_exr(const Image& image, const std::string& path, ExrPixel pixel) {
+    constexpr auto most = static_cast<std::size_t>(std::numeric_limits<int>::max());
+    std::vector<std::string> names = image.channels;
+    std::sort(names.begin(), names.end());
+    const bool fits = std::all_of(image.planes.begin(), image.planes.end(), [&](const auto& plane) {
+        return plane.size() == image.width * image.height;
+    });
+    if (!fits || image.planes.size() != names.size() || names.empty() || image.width == 0 ||
+        image.height == 0 || image.width > most || image.height > most ||
+        std::adjacent_find(names.begin(), names.end()) != names.end())
+        throw UsageError(
+            fmt::format("{}: an image of {} x {} must have distinct channels, each with a "
+                        "plane of that size",
+                        path, image.width, image.height));
+    Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
+    header.compression() = Imf::ZIP_COMPRESSION;
+    for (const auto& [name, text] : image.metadata)
+        header.insert(name, Imf::StringAttribute(text));
+    Imf::FrameBuffer frame;
+    std::vector<std::vector<half>> halves;
+    for (std::size_t ch = 0; ch < image.channels.size(); ++ch) {
+        const bool half_float = pixel == ExrPixel::Half;
+        header.channels().insert(image.channels[ch],
+                                 Imf::Channel(half_float ? Imf::HALF : Imf::FLOAT));
+        const std::vector<float>& plane = image.planes[ch];
+        if (half_float)
+            halves.emplace_back(plane.begin(), plane.end());
+        void* const data = half_float ? static_cast<void*>(halves.back().data())
+                                      : const_cast<float*>(plane.data()); // only read
+        frame.insert(image.channels[ch], Imf::Slice::Make(half_float ? Imf::HALF : Imf::FLOAT, data,
+                                                          header.dataWindow()));
+    }
+    BytesOut stream(path);
+    try {
+        Imf::OutputFile output(stream, header, 0);
+        output.setFrameBuffer(frame);
+        output.writePixels(static_cast<int>(image.height));
+    } catch (const std::exception& e) {
+        throw InputError(fmt::format("{}: cannot write OpenEXR: {}", path, e.what()));
+    }
+    OutputFile file(path);
+    file.write(stream.bytes());
+    file.commit();
+}
+
+} // namespace brdfit

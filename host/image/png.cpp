@@ -1,0 +1,83 @@
+#include "host/image/image.hpp"
+
+#include "host/error.hpp"
+#include "host/file.hpp"
+#include "host/image/limits.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <fmt/format.h>
+#include <memory>
+#include <png.h>
+
+namespace brdfit {
+
+namespace {
+
+constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
+constexpr std::string_view exr_signature = "\x76\x2f\x31\x01";
+
+bool starts_with(std::string_view bytes, std::string_view signature) {
+    return bytes.substr(0, signature.size()) == signature;
+}
+
+/// IEC 61966-2-1.
+float linear_light(std::uint8_t srgb) {
+    const double s = srgb / 255.0;
+    return static_cast<float>(s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
+}
+
+} // namespace
+
+Image read_png(const std::string& path) {
+    const MappedFile file(path);
+    const auto fail = [&](const std::string& what) {
+        return InputError(fmt::format("{}: not a readable PNG image: {}", path, what));
+    };
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    const std::unique_ptr<png_image, void (*)(png_image*)> freed(&png, png_image_free);
+    if (png_image_begin_read_from_memory(&png, file.bytes().data(), file.bytes().size()) == 0)
+        throw fail(png.message);
+    const bool colour = (png.format & PNG_FORMAT_FLAG_COLOR) != 0;
+    Image image;
+    image.width = png.width;
+    image.height = png.height;
+    image.channels =
+        colour ? std::vector<std::string>{"R", "G", "B"} : std::vector<std::string>{"Y"};
+    const std::size_t channels = image.channels.size();
+    try {
+        check_image_size(image.width, image.height, channels, file.bytes().size());
+    } catch (const InputError& e) {
+        throw fail(e.what());
+    }
+    // At 8 bits libpng's own conversion to linear light is too coarse for dark values.
+    const bool eight_bits = (png.format & PNG_FORMAT_FLAG_LINEAR) == 0;
+    png.format =
+        (colour ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY) | (eight_bits ? 0U : PNG_FORMAT_FLAG_LINEAR);
+    std::vector<std::uint16_t> wide(eight_bits ? 0 : image.width * image.height * channels);
+    std::vector<std::uint8_t> narrow(eight_bits ? image.width * image.height * channels : 0);
+    // Over the buffer's zeros: black behind what is transparent.
+    if (png_image_finish_read(&png, nullptr,
+                              eight_bits ? static_cast<void*>(narrow.data()) : wide.data(), 0,
+                              nullptr) == 0)
+        throw fail(png.message);
+    for (std::size_t ch = 0; ch < channels; ++ch) {
+        std::vector<float>& plane = image.planes.emplace_back(image.width * image.height);
+        for (std::size_t i = 0; i < plane.size(); ++i)
+            plane[i] = eight_bits ? linear_light(narrow[i * channels + ch])
+                                  : static_cast<float>(wide[i * channels + ch]) / 65535.0F;
+    }
+    return image;
+}
+
+Image read_image(const std::string& path) {
+    const MappedFile file(path);
+    if (starts_with(file.bytes(), png_signature))
+        return read_png(path);
+    if (starts_with(file.bytes(), exr_signature))
+        return read_exr(path);
+    throw InputError(fmt::format("{}: not an image; expected OpenEXR or PNG", path));
+}
+
+} // namespace brdfit

@@ -1,0 +1,173 @@
+// OpenEXR and PNG images: what is written is read, and broken files are errors that name them.
+#include "host/error.hpp"
+#include "host/image/image.hpp"
+#include "tests/support.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <png.h>
+#include <random>
+
+using namespace brdfit;
+using test::TemporaryFolder;
+
+namespace {
+
+Image noise(std::size_t width, std::size_t height) {
+    Image image{
+        width, height, {"R", "albedo.G", "z"}, {}, {{"quantity", "albedo"}, {"axes", "x, y"}}};
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    for (std::size_t ch = 0; ch < image.channels.size(); ++ch)
+        for (std::size_t i = 0; i < width * height; ++i) {
+            if (i == 0)
+                image.planes.emplace_back();
+            image.planes[ch].push_back(uniform(random));
+        }
+    return image;
+}
+
+void write_png(const std::string& path, png_uint_32 width, png_uint_32 height, png_uint_32 format,
+               const void* values) {
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    png.width = width;
+    png.height = height;
+    png.format = format;
+    ASSERT_NE(png_image_write_to_file(&png, path.c_str(), 0, values, 0, nullptr), 0);
+}
+
+// Reading must throw an InputError that names the file, or succeed.
+template <typename Read>
+bool fails_by_name(const std::string& path, Read read) {
+    try {
+        read(path);
+        return false;
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string(e.what()).find(path), std::string::npos) << e.what();
+        return true;
+    }
+}
+
+} // namespace
+
+TEST(Exr, floats_come_back_exactly) {
+    const TemporaryFolder folder;
+    Image image = noise(37, 21);
+    image.planes[0][5] = std::numeric_limits<float>::infinity();
+    image.planes[2][0] = 1e-40F;
+    write_exr(image, folder / "a.exr", ExrPixel::Float);
+    const Image back = read_exr(folder / "a.exr");
+    EXPECT_EQ(back.width, image.width);
+    EXPECT_EQ(back.height, image.height);
+    EXPECT_EQ(back.metadata, image.metadata);
+    ASSERT_EQ(back.channels, image.channels);
+    EXPECT_EQ(back.planes, image.planes);
+    EXPECT_EQ(back.plane("z"), &back.planes[2]);
+    EXPECT_EQ(back.plane("G"), nullptr);
+}
+
+TEST(Exr, halves_are_rounded_to_11_bits) {
+    const TemporaryFolder folder;
+    const Image image = noise(8, 8);
+    write_exr(image, folder / "a.exr", ExrPixel::Half);
+    const Image back = read_exr(folder / "a.exr");
+    for (std::size_t ch = 0; ch < 3; ++ch)
+        for (std::size_t i = 0; i < 64; ++i)
+            EXPECT_NEAR(back.planes[ch][i], image.planes[ch][i],
+                        std::fabs(image.planes[ch][i]) / 2048 + 1e-7);
+    EXPECT_NE(back.planes, image.planes);
+}
+
+TEST(Exr, wrong_images_are_not_written) {
+    const TemporaryFolder folder;
+    Image image = noise(4, 4);
+    image.planes[1].pop_back();
+    EXPECT_THROW(write_exr(image, folder / "a.exr", ExrPixel::Float), UsageError);
+    image = noise(4, 4);
+    image.channels[1] = "R";
+    EXPECT_THROW(write_exr(image, folder / "a.exr", ExrPixel::Float), UsageError);
+    EXPECT_THROW(write_exr(noise(4, 4), folder / "missing/a.exr", ExrPixel::Float), InputError);
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(Exr, broken_files_are_errors) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.exr";
+    write_exr(noise(40, 40), path, ExrPixel::Float);
+    const std::string whole = test::read_file(path);
+    for (std::size_t k = 0; k < 60; ++k) {
+        test::write_file(path, whole.substr(0, whole.size() * k / 60));
+        EXPECT_TRUE(fails_by_name(path, read_exr)) << k;
+    }
+    // Any damage is either noticed or harmless.
+    std::mt19937 random(2);
+    for (int k = 0; k < 400; ++k) {
+        std::string damaged = whole;
+        const std::size_t most = k % 2 == 0 ? 400 : whole.size(); // half of them in the header
+        for (int bytes = 0; bytes < 1 + k % 3; ++bytes)
+            damaged[random() % most] = static_cast<char>(random());
+        test::write_file(path, damaged);
+        fails_by_name(path, read_exr);
+    }
+    EXPECT_TRUE(fails_by_name(folder / "none.exr", read_exr));
+    EXPECT_TRUE(fails_by_name(folder.path().string(), read_exr));
+}
+
+TEST(Exr, a_header_cannot_make_it_allocate) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.exr";
+    write_exr(noise(4, 4), path, ExrPixel::Float);
+    std::string bytes = test::read_file(path);
+    const std::size_t window = bytes.find("box2i", bytes.find("dataWindow")) + 6 + 4;
+    for (const int size : {100000, 1 << 30}) {
+        for (std::size_t i = 0; i < 4; ++i) {
+            bytes[window + 8 + i] = static_cast<char>(size >> (8 * i));
+            bytes[window + 12 + i] = static_cast<char>(size >> (8 * i));
+        }
+        test::write_file(path, bytes);
+        EXPECT_TRUE(fails_by_name(path, read_exr));
+    }
+}
+
+TEST(Png, values_are_linear_light) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.png";
+    const std::uint8_t grey[] = {0, 128, 255, 10};
+    write_png(path, 2, 2, PNG_FORMAT_GRAY, grey);
+    Image image = read_image(path);
+    ASSERT_EQ(image.channels, std::vector<std::string>{"Y"});
+    for (std::size_t i = 0; i < 4; ++i) {
+        const double s = grey[i] / 255.0; // IEC 61966-2-1
+        const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+        EXPECT_NEAR(image.planes[0][i], linear, 1e-6);
+    }
+    const std::uint16_t colour[] = {0, 30000, 65535, 1, 2, 3};
+    write_png(path, 2, 1, PNG_FORMAT_LINEAR_RGB, colour);
+    image = read_image(path);
+    ASSERT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B"}));
+    for (std::size_t i = 0; i < 6; ++i)
+        EXPECT_NEAR(image.planes[i % 3][i / 3], colour[i] / 65535.0, 1.5 / 65535);
+}
+
+TEST(Png, broken_files_are_errors) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.png";
+    std::vector<std::uint8_t> values(64 * 64);
+    std::mt19937 random(3);
+    for (std::uint8_t& value : values)
+        value = static_cast<std::uint8_t>(random());
+    write_png(path, 64, 64, PNG_FORMAT_GRAY, values.data());
+    const std::string whole = test::read_file(path);
+    for (std::size_t k = 0; k < 40; ++k) {
+        test::write_file(path, whole.substr(0, whole.size() * k / 40));
+        EXPECT_TRUE(fails_by_name(path, read_png)) << k;
+    }
+    std::string large = whole;
+    large[16] = 0x40; // width
+    test::write_file(path, large);
+    EXPECT_TRUE(fails_by_name(path, read_png));
+    test::write_file(path, "neither");
+    EXPECT_TRUE(fails_by_name(path, read_image));
+}
