@@ -71,6 +71,12 @@ LAZY bool operator<(LazyLog a, LazyLog b) {
 LAZY bool operator>(LazyLog a, LazyLog b) {
     return a.value() > b.value();
 }
+LAZY bool operator<=(LazyLog a, LazyLog b) {
+    return a.value() <= b.value();
+}
+LAZY bool operator>=(LazyLog a, LazyLog b) {
+    return a.value() >= b.value();
+}
 LAZY bool operator==(LazyLog a, LazyLog b) {
     return a.value() == b.value();
 }

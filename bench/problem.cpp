@@ -27,6 +27,7 @@ double typical(const Parameter& p) {
     case Scale::Log1p:
         return std::clamp(2 / (roughness * roughness), p.lower, p.upper);
     case Scale::Linear:
+    case Scale::AboutOne:
         break;
     }
     return p.lower + 0.3 * (p.upper - p.lower);
