@@ -92,7 +92,7 @@ std::string listing(const std::vector<Device>& devices) {
 
 Form shipped_form(const Device& device) {
     if (device.cpu)
-        return {16, 1, 2048, 2};
+        return {16, 1, 2048, 4};
     // The largest power of 2 up to 128 that a group and its local memory can hold.
     int local = 128;
     while (local > 1 && (static_cast<std::size_t>(local) > device.max_group ||
