@@ -7,7 +7,7 @@
 function(scalar_models OUTPUT)
   file(GLOB MODELS CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/kernels/models/*.cl)
   set(SHARED)
-  foreach(NAME geometry schlick beckmann sampling cosine_power random)
+  foreach(NAME geometry schlick beckmann sampling cosine_power trowbridge_reitz random)
     string(APPEND SHARED "#include \"${PROJECT_SOURCE_DIR}/kernels/${NAME}.cl\"\n")
     if(NAME STREQUAL geometry) # where log_hz may be replaced
       string(APPEND SHARED "#undef log_hz\nLOG_HZ\n")

@@ -52,8 +52,9 @@ std::string generated_text(const Structure& structure) {
         bases += fmt::format("{}, ", entry.basis);
     std::string text = fmt::format("#line 1 \"generated\"\n"
                                    "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
-                                   "#define ENTRY_BASIS {{{}0}}\n",
-                                   layout.basis, layout.entries.size(), layout.planes, bases);
+                                   "#define PARAMETERS {}\n#define ENTRY_BASIS {{{}0}}\n",
+                                   layout.basis, layout.entries.size(), layout.planes,
+                                   std::max<std::size_t>(1, layout.parameters.size()), bases);
     const bool lobes = !structure.lobes.empty();
     text += fmt::format("#define FRESNEL {}\n#define LAST_LOBE {}\n",
                         lobes && structure.lobes.back()->fresnel() ? 1 : 0,
@@ -109,7 +110,7 @@ std::string with_line(const std::string& path) {
 std::string model_text(const Structure& structure) {
     std::string text = fmt::format("#define ROUGHNESSES {}\n", structure.isotropic ? 1 : 2);
     for (const char* shared : {"common.cl", "geometry.cl", "schlick.cl", "beckmann.cl",
-                               "sampling.cl", "cosine_power.cl"})
+                               "sampling.cl", "cosine_power.cl", "trowbridge_reitz.cl"})
         text += with_line(shared);
     for (const PlacedModel& p : placed_models(structure))
         text += with_line(fmt::format("models/{}.cl", p.model->name));
@@ -196,6 +197,12 @@ cl::Program build_program(const Device& device, const Structure& structure, int 
 cl::Program build_sample_program(const Device& device, const Structure& structure) {
     const std::string text = model_text(structure) + with_line("random.cl") +
                              generated_sampling(structure) + with_line("sample.cl");
+    return built(device, text, structure.name());
+}
+
+cl::Program build_albedo_program(const Device& device, const Structure& structure) {
+    const std::string text = model_text(structure) + with_line("random.cl") +
+                             generated_sampling(structure) + with_line("albedo.cl");
     return built(device, text, structure.name());
 }
 
