@@ -14,6 +14,14 @@ typedef JOIN(float, V) real;
 typedef JOIN(int, V) mask;
 #endif
 
+// Where the parameters of a material's lobes are: tables among them (TABLES) are too large for constant
+// memory.
+#ifdef TABLES
+#define PARAMETER_SPACE __global
+#else
+#define PARAMETER_SPACE __constant
+#endif
+
 #define PI 3.14159265358979f
 
 #if V == 1

@@ -49,6 +49,9 @@ struct Model {
     /// Name as a diffuse shape, in material files and --diffuse, where it is not `name`; such a
     /// model is an option of its lobe, not listed by itself.
     std::string diffuse_name = {};
+    /// Whether its shape comes from a table that the lobe names (a diffuse shape: the first lobe)
+    /// beside its parameters. Its functions then take `table` after theta; it is not fitted.
+    bool table = false;
 
     const std::vector<Parameter>& parameters(bool iso) const {
         return iso ? isotropic : anisotropic;
@@ -62,9 +65,12 @@ struct Model {
     std::string identifier() const;
 };
 
-/// All models, in the order they are listed (those with a diffuse_name are not).
+/// All models given by parameters, in the order they are listed (those with a diffuse_name are
+/// not).
 const std::vector<Model>& catalogue();
-/// The model of that name, or nullptr.
+/// The models whose lobes name a table.
+const std::vector<Model>& table_models();
+/// The model of that name, with or without a table, or nullptr.
 const Model* find_model(const std::string& name);
 /// The model of that name. Throws UsageError listing the known names.
 const Model& model_named(const std::string& name);

@@ -24,7 +24,7 @@ static inline void ggx_prepare(geometry q, real* plane)
     plane[3 * ROUGHNESSES + 3] = schlick_p5(q);
 }
 
-static inline real ggx(const real* plane, __constant const float* theta, real* d)
+static inline real ggx(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const real iz = plane[3 * ROUGHNESSES + 1];
     const real oz = plane[3 * ROUGHNESSES + 2];
@@ -57,7 +57,7 @@ static inline real ggx(const real* plane, __constant const float* theta, real* d
 
 // Visible normals by Heitz 2018: wo in the space where the surface is a hemisphere, a point of its
 // projection, and back.
-static inline geometry ggx_sample(vector wo, __constant const float* theta, real u1, real u2)
+static inline geometry ggx_sample(vector wo, PARAMETER_SPACE const float* theta, real u1, real u2)
 {
     const float ax = theta[1];
     const float ay = theta[2];
@@ -82,7 +82,7 @@ static inline geometry ggx_sample(vector wo, __constant const float* theta, real
 }
 
 // D G1(wo) (wo.h) / oz / (4 c) = D / (2 (oz + A(wo))).
-static inline real ggx_density(geometry q, __constant const float* theta)
+static inline real ggx_density(geometry q, PARAMETER_SPACE const float* theta)
 {
     const float ax = theta[1];
     const float ay = theta[2];
