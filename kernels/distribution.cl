@@ -14,7 +14,7 @@
 #define GRID_ROWS table[8]
 #define GRID_COLUMNS table[9]   // 1: isotropic
 #define GRID_SECTOR table[10]   // azimuths: 0 all, 2 mirrored in y, 4 in x and y
-#define BEHIND table[11]        // offset of the plane of g(-k)
+#define BEHIND table[11]        // offset of the plane of g(-k), or of log(g) where the normals lean
 #define REFLECTANCE_0 table[12] // of R at f0 = 0
 #define REFLECTANCE_1 table[13]
 #define DIFFUSE_SCALE table[14] // c of Eq. 28
@@ -24,6 +24,7 @@
 #define FACETS table[18]        // offset of the table of Lambertian facets
 #define FACET_ROWS table[19]
 #define FACET_COLUMNS table[20]
+#define LEANS table[21]
 
 // A part: amplitude times a shape in a frame of its own, times an image.
 #define PART_WORDS 32

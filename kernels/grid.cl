@@ -66,10 +66,12 @@ static inline real plane_at(PARAMETER_SPACE const float* table, float offset, re
 }
 
 // g(k) = k.<h> + g(-k): what is seen from behind is small but near the horizon, and so is the error of
-// interpolating it.
+// interpolating it. Normals that lean to one side leave g small on the other: then log(g) is interpolated.
 static inline real visible_area(PARAMETER_SPACE const float* table, vector k)
 {
     const real behind = plane_at(table, BEHIND, grid_row(table, k), grid_column(table, k));
+    if (LEANS > 0.0f)
+        return exp(behind);
     const real g = MEAN_X * k.x + MEAN_Y * k.y + MEAN_Z * k.z + behind;
     return fmax(g, (real)(1e-9f * MEAN_HEIGHT));
 }

@@ -17,12 +17,9 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 constexpr std::size_t tile = 8; ///< as TILE in kernels/generator.cl
 constexpr std::size_t most_floats_out = std::size_t{1} << 24;
-constexpr std::size_t fine = 2, coarse = 1; ///< fineness of nodes
+/// Nodes of g at the grid's points, of g within R, and of R (see nodes_of).
+constexpr std::size_t fine = 4, middle = 2, coarse = 1;
 constexpr std::size_t facet_rows = 24, facet_columns = 25;
-
-bool untilted_formula(const DistributionPart& part) {
-    return part.shape != Shape::Tabulated && part.table == nullptr && part.tilt == 0;
-}
 
 /// The elevation over which g changes near the horizon: the width of what is sharpest there.
 double elevation_scale(const Distribution& distribution) {
@@ -45,14 +42,17 @@ double elevation_scale(const Distribution& distribution) {
     return std::max(scale, 5e-3);
 }
 
-/// Near x or y g changes over azimuths of the ratio of the widths.
+/// Near x or y g changes over azimuths of the ratio of the widths, near the other as its sine does:
+/// the root of the ratio serves both.
 double azimuth_ratio(const Distribution& distribution) {
     double ratio = 1;
     for (const DistributionPart& part : distribution.parts) {
-        if (part.shape != Shape::Gaussian || !untilted_formula(part) || part.turn != 0)
+        if (part.shape != Shape::Gaussian || part.table != nullptr || part.turn != 0)
             return 1;
         const std::array<double, 2> widths = azimuth_stretch(part);
-        const double own = std::clamp(widths[0] / widths[1], 0.02, 50.0);
+        double own = std::sqrt(widths[0] / widths[1]);
+        if (part.tilt != 0)
+            own = distribution.sector == Sector::Half ? std::min(0.4, own) : 1;
         if (std::abs(std::log(own)) > std::abs(std::log(ratio)))
             ratio = own;
     }
@@ -67,7 +67,7 @@ Grid grid_of(const Distribution& distribution, std::size_t points) {
         grid.rows = points;
         return grid;
     }
-    if (grid.sector == Sector::Quarter)
+    if (grid.sector != Sector::All)
         grid.stretch = azimuth_ratio(distribution);
     const double columns_a_row = grid.sector == Sector::Quarter ? 0.5
                                  : grid.sector == Sector::Half  ? 1
@@ -81,11 +81,16 @@ Grid grid_of(const Distribution& distribution, std::size_t points) {
 }
 
 /// The grid that R is computed with, fine enough for 1e-4.
-Grid inner_grid(const Distribution& distribution) {
+Grid inner_grid(const Distribution& distribution, std::size_t fineness) {
     Grid grid = grid_of(distribution, least_points);
     grid.rows = grid.sector == Sector::Isotropic ? 512 : 96;
-    if (grid.sector != Sector::Isotropic)
-        grid.columns = grid.sector == Sector::Quarter ? 33 : grid.sector == Sector::Half ? 65 : 128;
+    const bool stretched = std::abs(std::log(grid.stretch)) > 0.7;
+    if (grid.sector == Sector::Quarter)
+        grid.columns = stretched ? 65 : 33;
+    if (grid.sector == Sector::Half)
+        grid.columns = stretched ? 129 : 65;
+    if (grid.sector == Sector::All)
+        grid.columns = 128;
     // Sharp and tilted: g has an edge across the hemisphere.
     const bool sharp = std::any_of(
         distribution.parts.begin(), distribution.parts.end(), [](const DistributionPart& part) {
@@ -94,6 +99,10 @@ Grid inner_grid(const Distribution& distribution) {
     if (sharp && grid.sector != Sector::Isotropic) {
         grid.rows = 192;
         grid.columns = 2 * grid.columns - (grid.sector == Sector::All ? 0 : 1);
+    }
+    if (fineness > 1) {
+        grid.rows *= fineness;
+        grid.columns *= grid.columns > 1 ? fineness : 1;
     }
     return grid;
 }
@@ -271,7 +280,7 @@ double Generator::mass(const DistributionPart& part) const {
     Distribution one;
     one.parts.push_back(part);
     one.parts[0].amplitude = 1;
-    const Nodes nodes = nodes_of_parts(one, coarse);
+    const Nodes nodes = nodes_of_parts(one, fine);
     const std::vector<float> planes = download<float>(device_, nodes.planes, 4 * nodes.stride);
     double sum = 0;
     for (std::size_t i = 0; i < nodes.stride; ++i)
@@ -279,13 +288,15 @@ double Generator::mass(const DistributionPart& part) const {
     return sum;
 }
 
-void Generator::reflect(MicrofacetTable& table, const Nodes& nodes) const {
+void Generator::reflect(MicrofacetTable& table, std::size_t fineness) const {
     const auto block = static_cast<std::size_t>(device_.form.block);
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
     MicrofacetTable inner = table;
-    inner.grid = inner_grid(table.distribution);
-    const std::vector<double> inner_areas = areas(nodes, directions_of(inner.grid));
+    inner.grid = inner_grid(table.distribution, fineness);
+    const std::vector<double> inner_areas =
+        areas(nodes_of_parts(table.distribution, middle * fineness), directions_of(inner.grid));
+    const Nodes nodes = nodes_of_parts(table.distribution, coarse * fineness);
     inner.g.assign(inner_areas.begin(), inner_areas.end());
     const cl::Buffer words = upload(device_, pack(inner, 0, false, false));
     const std::vector<Vector> directions = directions_of(table.grid);
@@ -375,7 +386,7 @@ MicrofacetTable Generator::generate(const Distribution& distribution,
                                      source));
     MicrofacetTable table;
     table.distribution = distribution;
-    const Nodes nodes = nodes_of_parts(distribution, fine);
+    const Nodes nodes = nodes_of_parts(distribution, fine * options.fineness);
     const std::vector<float> planes = download<float>(device_, nodes.planes, 4 * nodes.stride);
     const float* const weight = planes.data() + 3 * nodes.stride;
     double whole = 0;
@@ -391,7 +402,7 @@ MicrofacetTable Generator::generate(const Distribution& distribution,
         for (std::size_t a = 0; a < 3; ++a)
             table.mean[a] += mean[a];
         table.mean_height += part.area_scale * mean[2];
-        table.cells.push_back(cells_of(part, nodes_of(part, fine), nodes.rows[n],
+        table.cells.push_back(cells_of(part, nodes_of(part, fine * options.fineness), nodes.rows[n],
                                        planes.data() + 2 * nodes.stride + nodes.first[n],
                                        weight + nodes.first[n]));
     }
@@ -409,10 +420,9 @@ MicrofacetTable Generator::generate(const Distribution& distribution,
     table.grid = grid_of(distribution, options.points);
     const std::vector<double> g = areas(nodes, directions_of(table.grid));
     table.g.assign(g.begin(), g.end());
-    const Nodes coarser = nodes_of_parts(distribution, coarse);
-    reflect(table, coarser);
+    reflect(table, options.fineness);
     if (options.facets)
-        tabulate_facets(table, coarser);
+        tabulate_facets(table, nodes_of_parts(distribution, middle * options.fineness));
     return table;
 }
 

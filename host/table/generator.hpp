@@ -12,6 +12,7 @@ namespace brdfit {
 struct GeneratorOptions {
     std::size_t points = 200; ///< of the grid, about
     bool facets = false;      ///< also the table of Lambertian facets; isotropic distributions only
+    std::size_t fineness = 1; ///< factor on the nodes of all integrals, each way; 2 checks 1
 };
 
 inline constexpr std::size_t least_points = 16, most_points = 1000000;
@@ -41,7 +42,7 @@ class Generator {
     };
     Nodes nodes_of_parts(const Distribution& distribution, std::size_t fineness) const;
     std::vector<double> areas(const Nodes& nodes, const std::vector<Vector>& directions) const;
-    void reflect(MicrofacetTable& table, const Nodes& nodes) const;
+    void reflect(MicrofacetTable& table, std::size_t fineness) const;
     void tabulate_facets(MicrofacetTable& table, const Nodes& nodes) const;
 
     Device device_;

@@ -16,6 +16,7 @@ constexpr double pi = 3.14159265358979323846;
 constexpr std::size_t most_words = std::size_t{1} << 24;
 // As in kernels/distribution.cl.
 constexpr std::size_t head_words = 24, part_words = 32;
+constexpr double least_area = 1e-9;
 
 /// Psi at both ends of the columns.
 double psi_span(Sector sector) {
@@ -159,13 +160,17 @@ std::vector<float> pack(const MicrofacetTable& table, double f0, bool correlated
     const Grid& grid = table.grid;
     const auto number = [](auto x) { return static_cast<float>(x); };
     std::vector<float> words(head_words + part_words * table.distribution.parts.size());
+    // Where the normals lean to one side, g gets small on the other, and its logarithm is smoother.
+    const bool leans = std::hypot(table.mean[0], table.mean[1]) > 1e-3 * table.mean[2];
     std::vector<float> behind(grid.count());
     for (std::size_t r = 0; r < grid.rows; ++r)
         for (std::size_t k = 0; k < grid.columns; ++k) {
             const Vector d = grid.direction(number(r), number(k));
-            const double facing =
-                d[0] * table.mean[0] + d[1] * table.mean[1] + d[2] * table.mean[2];
-            behind[r * grid.columns + k] = number(table.g[r * grid.columns + k] - facing);
+            const Vector& mean = table.mean;
+            const double facing = d[0] * mean[0] + d[1] * mean[1] + d[2] * mean[2];
+            const double g = table.g[r * grid.columns + k];
+            behind[r * grid.columns + k] =
+                number(leans ? std::log(std::max(g, least_area * table.mean_height)) : g - facing);
         }
     const auto place = [&](const std::vector<float>& plane) {
         const std::size_t offset = words.size();
@@ -196,7 +201,8 @@ std::vector<float> pack(const MicrofacetTable& table, double f0, bool correlated
                           number(head_words),
                           number(words.size()),
                           number(table.facets.rows),
-                          number(table.facets.columns)};
+                          number(table.facets.columns),
+                          number(leans ? 1 : 0)};
     std::copy(std::begin(head), std::end(head), words.begin());
     words.insert(words.end(), table.facets.values.begin(), table.facets.values.end());
 

@@ -27,8 +27,8 @@ double greatest_theta(const DistributionPart& part);
 /// cos psi, stretch_y sin psi).
 std::array<double, 2> azimuth_stretch(const DistributionPart& part);
 
-/// Shares of the range of polar angles, with weights adding up to 1, and psi over 2 pi. `fineness`:
-/// 1, or 2 for twice as many nodes in both.
+/// Shares of the range of polar angles, with weights adding up to 1, and psi over 2 pi: 128 x 256
+/// nodes at fineness 1, twice as many each way at 2, and so on.
 struct PartNodes {
     Quadrature shares, psis;
 };
