@@ -22,7 +22,7 @@ void add_recover_options(CLI::App& command, RecoverRequest& request);
 /// Recovers a distribution, writes its table and the material beside it, and prints its errors
 /// beside those of the models asked for. Returns the exit status.
 int recover_from(const RecoverRequest& request, const GeneratorOptions& options,
-                 const Generator& generator, const Device& device, const std::string& out, bool json,
-                 const Globals& globals);
+                 const Generator& generator, const Device& device, const std::string& out,
+                 bool json, const Globals& globals);
 
 } // namespace brdfit::cli
