@@ -1,9 +1,11 @@
 #include "fit/recover.hpp"
 
 #include "fit/device_samples.hpp"
+#include "fit/minimise.hpp"
 #include "fit/nonnegative.hpp"
 #include "host/error.hpp"
 #include "host/parallel.hpp"
+#include "host/table/quadrature.hpp"
 
 #include <Eigen/Sparse>
 #include <algorithm>
@@ -16,9 +18,10 @@ namespace brdfit {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr std::size_t most_samples = 100000; ///< that the alternation looks at
+constexpr std::size_t most_samples = 50000; ///< that the alternation looks at
+constexpr std::size_t few_samples = 10000;  ///< up to here every start is followed
 constexpr std::size_t most_thetas = 91, azimuths = 36;
-constexpr double samples_a_node = 6;
+constexpr double samples_a_node = 2;
 constexpr double smoothness = 1e-6; ///< of neighbouring nodes, relative to the data
 
 /// A sample as the alternation needs it.
@@ -51,28 +54,58 @@ class Alternation {
                 directions_.push_back(
                     grid_.direction(static_cast<double>(r), static_cast<double>(k)));
         place();
+        if (table_.width == 1)
+            map_areas();
     }
 
-    /// Starts from the best of some Gaussians.
-    void start() {
+    /// Whether descend() is possible.
+    bool isotropic() const { return table_.width == 1; }
+
+    /// Minimises the squared error over log p itself, g's dependence on p included, from where the
+    /// alternation ended: its fixed point is near the optimum, not at it. Returns how often the
+    /// error was evaluated.
+    int descend() {
+        const double most = *std::max_element(p_.begin(), p_.end());
+        std::vector<double> start, lower, upper;
+        for (const double p : p_) {
+            start.push_back(std::log(std::max(p / most, 1e-8)));
+            lower.push_back(start.back() - 8);
+            upper.push_back(start.back() + 8);
+        }
+        MinimiseOptions options;
+        options.algorithm = "LD_LBFGS";
+        options.max_evaluations = 2000;
+        options.relative_tolerance = 1e-7;
+        const auto error = [&](const std::vector<double>& x, std::vector<double>* gradient) {
+            for (std::size_t i = 0; i < p_.size(); ++i)
+                p_[i] = std::exp(x[i]);
+            see();
+            const double value = solve_strengths();
+            return value + add_gradient(x, gradient);
+        };
+        const Minimum found = minimise(error, start, lower, upper, options);
+        error(found.x, nullptr);
+        return found.evaluations;
+    }
+
+    /// Starting points, Gaussians of several widths: the best, or all where there are few samples.
+    std::vector<std::vector<double>> starts() {
         double best = std::numeric_limits<double>::infinity();
-        std::vector<double> chosen;
-        for (const double sigma : {0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8}) {
-            p_.assign(table_.width * table_.height, 0);
-            for (std::size_t i = 0; i < p_.size(); ++i) {
+        std::vector<std::vector<double>> all, first;
+        for (const double sigma : {0.003, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8}) {
+            std::vector<double> p(p_count());
+            for (std::size_t i = 0; i < p.size(); ++i) {
                 const double t =
                     std::tan(std::min(table_.thetas[i / table_.width], pi / 2 - 1e-3)) / sigma;
-                p_[i] = std::exp(-t * t) + 1e-6;
+                p[i] = std::exp(-t * t) + 1e-6;
             }
-            see();
-            if (const double error = solve_strengths(); error < best) {
+            all.push_back(p);
+            if (const double error = set(p); error < best) {
                 best = error;
-                chosen = p_;
+                first = {p};
             }
         }
-        p_ = chosen;
-        see();
-        solve_strengths();
+        return samples_.size() <= few_samples && table_.width == 1 ? all : first;
     }
 
     /// p given the areas and strengths, then the areas and strengths that it implies; returns the
@@ -102,10 +135,11 @@ class Alternation {
     }
 
     std::vector<double> p() const { return p_; }
-    void set(const std::vector<double>& p) {
+    /// Returns the squared error with the best strengths.
+    double set(const std::vector<double>& p) {
         p_ = p;
         see();
-        solve_strengths();
+        return solve_strengths();
     }
 
     double f0 = 0.5;
@@ -176,6 +210,8 @@ class Alternation {
             samples_.push_back(sample);
             for (std::size_t ch = 0; ch < channels_; ++ch)
                 values_.push_back(samples.channel(ch)[k]);
+            for (std::size_t ch = 0; ch < channels_; ++ch)
+                whole_ += sample.weight * std::pow(samples.channel(ch)[k], 2);
         }
     }
 
@@ -195,27 +231,69 @@ class Alternation {
             }
     }
 
-    // g of p at the samples, as <h.n> / (4 g(wi) g(wo)).
-    void see() {
+    // The linear map from the nodes of an isotropic p to g at the grid's rows. Over azimuth,
+    // (a cos phi + b)+ has a closed integral.
+    void map_areas() {
+        areas_ = Eigen::MatrixXd::Zero(static_cast<int>(grid_.rows), static_cast<int>(p_count()));
+        const Quadrature rule = gauss_legendre(24);
+        for (std::size_t r = 0; r < grid_.rows; ++r) {
+            const double e = grid_.elevation(static_cast<double>(r));
+            for (std::size_t n = 0; n + 1 < table_.height; ++n) {
+                // The integrand's derivative is unbounded where its azimuths begin to be cut.
+                std::vector<double> ends{table_.thetas[n], table_.thetas[n + 1]};
+                if (e > ends[0] && e < ends[1])
+                    ends.insert(ends.begin() + 1, e);
+                for (std::size_t piece = 0; piece + 1 < ends.size(); ++piece)
+                    for (std::size_t i = 0; i < rule.size(); ++i) {
+                        const double width = ends[piece + 1] - ends[piece];
+                        const double theta = ends[piece] + width * rule.x[i];
+                        const double a = std::sin(theta) * std::cos(e);
+                        const double b = std::cos(theta) * std::sin(e);
+                        const double over = b >= a ? 2 * pi * b
+                                                   : 2 * (b * std::acos(-b / a) +
+                                                          std::sqrt(std::max(0.0, a * a - b * b)));
+                        const double w = over * std::sin(theta) * width * rule.w[i];
+                        const double t =
+                            (theta - table_.thetas[n]) / (table_.thetas[n + 1] - table_.thetas[n]);
+                        areas_(static_cast<int>(r), static_cast<int>(n)) += w * (1 - t);
+                        areas_(static_cast<int>(r), static_cast<int>(n) + 1) += w * t;
+                    }
+            }
+        }
+    }
+
+    std::size_t p_count() const { return table_.width * table_.height; }
+
+    // g of p (its largest value taken as 1) at the grid's directions.
+    std::vector<double> areas_of_p() const {
+        if (table_.width == 1) {
+            const Eigen::VectorXd g =
+                areas_ * Eigen::Map<const Eigen::VectorXd>(p_.data(), areas_.cols()) * scale_;
+            return {g.begin(), g.end()};
+        }
         Distribution distribution;
         distribution.parts = {part()};
         distribution.sector = grid_.sector;
-        const std::vector<double> g = generator_.visible_areas(distribution, directions_);
+        return generator_.visible_areas(distribution, directions_);
+    }
+
+    // g of p at the samples, as <h.n> / (4 g(wi) g(wo)).
+    void see() {
+        scale_ = 1 / *std::max_element(p_.begin(), p_.end());
+        const std::vector<double> g = areas_of_p();
         const double height =
             g[g.size() - grid_.columns]; // g(n) = <h.n>: all are above the horizon
-        const std::vector<float> plane(g.begin(), g.end());
+        plane_.assign(g.begin(), g.end());
         visibility_.resize(samples_.size());
         parallel_pieces(samples_.size(), 4096, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 double product = 1;
                 for (std::size_t k = 2 * i; k < 2 * i + 2; ++k)
                     product *=
-                        std::max(interpolate(grid_, plane, rows_[k], columns_[k]), 1e-9 * height);
+                        std::max(interpolate(grid_, plane_, rows_[k], columns_[k]), 1e-9 * height);
                 visibility_[i] = height / (4 * product);
             }
         });
-        // part() has 1 for the largest value.
-        scale_ = 1 / *std::max_element(p_.begin(), p_.end());
     }
 
     double p_at(const Sample& sample) const {
@@ -223,6 +301,52 @@ class Alternation {
         for (std::size_t b = 0; b < 4; ++b)
             p += sample.share[b] * p_[static_cast<std::size_t>(sample.node[b])];
         return p * scale_;
+    }
+
+    // The squared error's derivatives by log p at the solved strengths; returns what smoothness
+    // adds to the error.
+    double add_gradient(const std::vector<double>& x, std::vector<double>* gradient) const {
+        double penalty = 0;
+        if (gradient != nullptr)
+            gradient->assign(x.size(), 0.0);
+        for (std::size_t n = 0; n + 1 < x.size(); ++n) {
+            const double step = x[n + 1] - x[n], w = smoothness * whole_;
+            penalty += w * step * step;
+            if (gradient != nullptr) {
+                (*gradient)[n] -= 2 * w * step;
+                (*gradient)[n + 1] += 2 * w * step;
+            }
+        }
+        if (gradient == nullptr)
+            return penalty;
+        // By p, and by g at the grid's rows.
+        Eigen::VectorXd by_p = Eigen::VectorXd::Zero(static_cast<int>(p_.size()));
+        Eigen::VectorXd by_g = Eigen::VectorXd::Zero(static_cast<int>(grid_.rows));
+        const auto last = static_cast<int>(grid_.rows) - 1;
+        for (std::size_t i = 0; i < samples_.size(); ++i) {
+            const Sample& s = samples_[i];
+            const double shape = visibility_[i] * (f0 + (1 - f0) * s.p5);
+            const double lobe = p_at(s) * shape;
+            double pull = 0;
+            for (std::size_t ch = 0; ch < channels_; ++ch)
+                pull += 2 * s.weight * ks[ch] *
+                        (kd[ch] / pi + ks[ch] * lobe - values_[i * channels_ + ch]);
+            for (std::size_t b = 0; b < 4; ++b)
+                by_p(s.node[b]) += pull * shape * s.share[b] * scale_;
+            by_g(last) += pull * lobe / double{plane_.back()};
+            for (std::size_t k = 2 * i; k < 2 * i + 2; ++k) {
+                // Linear between rows: they are close.
+                const int row = std::min(static_cast<int>(rows_[k]), last - 1);
+                const double t = rows_[k] - row;
+                const double slope = -pull * lobe / interpolate(grid_, plane_, rows_[k], 0);
+                by_g(row) += slope * (1 - t);
+                by_g(row + 1) += slope * t;
+            }
+        }
+        by_p += scale_ * (areas_.transpose() * by_g);
+        for (std::size_t n = 0; n < x.size(); ++n)
+            (*gradient)[n] += by_p(static_cast<int>(n)) * p_[n];
+        return penalty;
     }
 
     // kd and ks of each channel for the best f0; returns the squared error.
@@ -284,7 +408,6 @@ class Alternation {
         Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
         // Dense blocks of 4 x 4 a sample, added up by diagonals: neighbours only.
         std::vector<std::array<double, 16>> cells(p_.size());
-        double scale = 0;
         for (std::size_t i = 0; i < samples_.size(); ++i) {
             const Sample& s = samples_[i];
             const double shape = visibility_[i] * (f0 + (1 - f0) * s.p5) * scale_;
@@ -292,7 +415,6 @@ class Alternation {
             for (std::size_t ch = 0; ch < channels_; ++ch) {
                 const double y = values_[i * channels_ + ch];
                 pull += ks[ch] * (y - kd[ch] / pi);
-                scale += s.weight * y * y;
             }
             const double own = s.weight * shape * shape * strength;
             for (std::size_t a = 0; a < 4; ++a) {
@@ -310,7 +432,7 @@ class Alternation {
         };
         const auto add_smooth = [&](int a, int b) {
             const double pa = p_[static_cast<std::size_t>(a)], pb = p_[static_cast<std::size_t>(b)];
-            const double w = smoothness * scale / (pa * pa + pb * pb + 1e-18 / scale_ / scale_);
+            const double w = smoothness * whole_ / (pa * pa + pb * pb + 1e-18 / scale_ / scale_);
             entries.emplace_back(a, a, w);
             entries.emplace_back(b, b, w);
             entries.emplace_back(a, b, -w);
@@ -349,13 +471,16 @@ class Alternation {
     std::size_t channels_;
     DirectionTable table_; ///< nodes; values are in p_
     std::vector<double> p_;
-    double scale_ = 1;
+    double scale_ = 1; ///< 1 / the largest p
+    double whole_ = 0; ///< of W y^2
     std::vector<Sample> samples_;
     std::vector<double> values_; ///< [sample][channel]
     Grid grid_;
     std::vector<Vector> directions_;
     std::vector<double> rows_, columns_; ///< [sample][wi, wo]
+    std::vector<float> plane_;           ///< g
     std::vector<double> visibility_;
+    Eigen::MatrixXd areas_; ///< isotropic: g at the rows, of each node of p
 };
 
 } // namespace
@@ -363,22 +488,33 @@ class Alternation {
 Recovered recover(const Device& device, const Generator& generator, const Samples& samples,
                   const RecoverOptions& options) {
     Alternation state(device, generator, samples, options);
-    state.start();
-    double best = std::numeric_limits<double>::infinity(), step = 1;
-    std::vector<double> best_p = state.p();
     Recovered result;
-    int idle = 0;
-    while (result.iterations < options.iterations && idle < 4) {
-        const double error = state.iterate(step);
-        ++result.iterations;
-        const bool better = error < best * (1 - 1e-5);
-        idle = better ? 0 : idle + 1;
+    double best = std::numeric_limits<double>::infinity();
+    std::vector<double> best_p;
+    for (const std::vector<double>& start : state.starts()) {
+        double error = state.set(start), step = 1;
+        std::vector<double> p = start;
+        for (int i = 0, idle = 0; i < options.iterations && idle < 4; ++i) {
+            const double next = state.iterate(step);
+            ++result.iterations;
+            idle = next < error * (1 - 1e-5) ? 0 : idle + 1;
+            if (next < error) {
+                error = next;
+                p = state.p();
+            } else {
+                state.set(p);
+                step *= 0.5;
+            }
+        }
+        state.set(p);
+        if (state.isotropic()) {
+            result.iterations += state.descend();
+            p = state.p();
+            error = state.set(p);
+        }
         if (error < best) {
             best = error;
-            best_p = state.p();
-        } else {
-            state.set(best_p);
-            step *= 0.5;
+            best_p = p;
         }
     }
     state.set(best_p);
