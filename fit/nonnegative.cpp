@@ -9,6 +9,8 @@ namespace {
 
 // Below this share of its length a column is explained by the others as far as float32 sums tell.
 constexpr double independent_share = 1e-7;
+// A column whose mean square is below this is no column: float32 holds no more digits of it.
+constexpr double least_square = 1e-28;
 
 // Solves the rows and columns `free` (a bit mask) of gram x = right by Cholesky decomposition of
 // the matrix scaled to a unit diagonal; false where it is singular. x is 0 elsewhere.
@@ -24,7 +26,7 @@ bool solve_subset(const SmallMatrix& gram, const SmallVector& right, unsigned fr
     double z[max_unknowns];
     for (int i = 0; i < n; ++i) {
         const double diagonal = gram(index[i], index[i]);
-        if (!(diagonal > 0))
+        if (!(diagonal > least_square))
             return false;
         scale[i] = 1 / std::sqrt(diagonal);
         for (int j = 0; j < i; ++j) {

@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t most_fused_sums = 40;
 // Where the reference explains this much less than the solution, the sums cancel: ask once more.
 constexpr double stale_reference = 30;
+constexpr int most_references = 4;
 // LOSS_CHUNK of kernels/fit.cl.
 constexpr int largest_loss_chunk = 4;
 // Passes that solve kd and ks of a loss that is not quadratic, the first ones from nothing with
@@ -200,14 +201,24 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
     const char* const pass = fused ? "gradient_sums" : "basis_sums";
     const std::size_t count = fused ? gradient_sums : basis_sums;
 
-    Reduced reduced = run(pass, theta, reference_, count, samples_.chunks, false);
-    double error = solve(reduced.sums, coefficients_);
-    const double about_reference =
-        reduced.sums.row(static_cast<Eigen::Index>(basis_sums) - 1).sum();
-    if (std::isfinite(error) && about_reference > stale_reference * std::max(error, 0.0)) {
-        reference_ = coefficients_;
+    Reduced reduced;
+    double error = 0;
+    for (int passes = 1;; ++passes) {
         reduced = run(pass, theta, reference_, count, samples_.chunks, false);
         error = solve(reduced.sums, coefficients_);
+        const double about_reference =
+            reduced.sums.row(static_cast<Eigen::Index>(basis_sums) - 1).sum();
+        const bool about_nothing = reference_.isZero(0);
+        if (about_nothing)
+            data_error_ = about_reference;
+        const bool stale = !(about_reference <= stale_reference * std::max(error, 0.0));
+        if (!stale || passes == most_references || (about_nothing && !std::isfinite(error)))
+            break;
+        // What suits another theta may be worse than nothing here.
+        if (std::isfinite(error) && about_reference <= data_error_)
+            reference_ = coefficients_;
+        else
+            reference_.setZero();
     }
     if (!std::isfinite(error)) {
         coefficients_.setZero();

@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -141,6 +142,7 @@ class Objective {
     std::vector<float> staged_theta_, staged_coefficients_, staged_out_;
     Coefficients coefficients_, reference_;
     double reference_error_;
+    double data_error_ = std::numeric_limits<double>::infinity(); // with kd = ks = 0
     std::size_t evaluations_ = 0, timed_passes_ = 0;
     double seconds_ = 0;
 };

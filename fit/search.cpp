@@ -13,8 +13,9 @@ namespace brdfit {
 namespace {
 
 // Grid points an axis. Two roughnesses share what one has to itself.
-constexpr int roughness_points = 24, paired_roughness_points = 13;
+constexpr int width_points = 24, paired_width_points = 13;
 constexpr int linear_points = 5, paired_linear_points = 3;
+constexpr int points_about_one = 13, paired_points_about_one = 7;
 // Combinations that get one more lobe, and that have their f0 refined.
 constexpr std::size_t beam = 24;
 constexpr std::size_t refined = 96;
@@ -89,17 +90,24 @@ bool has_free_f0(const Space& lobe) {
 
 // The points of each dimension's axis in x; f0 has its lowest value alone.
 std::vector<std::vector<double>> axes_of(const Space& lobe) {
-    const auto roughnesses = std::count_if(
-        lobe.dimensions().begin(), lobe.dimensions().end(),
-        [](const Space::Dimension& d) { return d.parameter.scale != Scale::Linear && !d.fixed; });
+    const auto free = [&](auto is) {
+        return std::count_if(
+            lobe.dimensions().begin(), lobe.dimensions().end(),
+            [&](const Space::Dimension& d) { return !d.fixed && is(d.parameter); });
+    };
+    const auto widths = free([](const Parameter& p) { return p.width(); });
+    const auto axes_about_one = free([](const Parameter& p) { return p.scale == Scale::AboutOne; });
     std::vector<std::vector<double>> axes;
     for (std::size_t i = 0; i < lobe.dimensions().size(); ++i) {
         const Space::Dimension& dimension = lobe.dimensions()[i];
         const Parameter& p = dimension.parameter;
         const bool f0 = i == 0 && p.name == "f0";
-        int points = p.scale == Scale::Linear
-                         ? (roughnesses > 1 ? paired_linear_points : linear_points)
-                         : (roughnesses > 1 ? paired_roughness_points : roughness_points);
+        const bool paired = p.scale == Scale::AboutOne ? axes_about_one > 1 : widths > 1;
+        int points = paired ? paired_linear_points : linear_points;
+        if (p.width())
+            points = paired ? paired_width_points : width_points;
+        else if (p.scale == Scale::AboutOne)
+            points = paired ? paired_points_about_one : points_about_one;
         if (dimension.fixed || f0)
             points = 1;
         const double low = to_scale(p.scale, p.lower), high = to_scale(p.scale, p.upper);

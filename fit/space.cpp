@@ -12,6 +12,8 @@ namespace brdfit {
 
 namespace {
 
+constexpr double about_one = 0.01; // where Scale::AboutOne turns from even spacing to logarithmic
+
 double parse_number(const std::string& text, const std::string& whole) {
     double value = 0;
     const char* const end = text.data() + text.size();
@@ -77,6 +79,9 @@ double to_scale(Scale scale, double value) {
         return std::log(value);
     case Scale::Log1p:
         return std::log1p(value);
+    case Scale::AboutOne:
+        return std::copysign(
+            std::asinh((std::abs(value) - 1) / about_one) + std::asinh(1 / about_one), value);
     case Scale::Linear:
         break;
     }
@@ -89,10 +94,26 @@ double from_scale(Scale scale, double x) {
         return std::exp(x);
     case Scale::Log1p:
         return std::expm1(x);
+    case Scale::AboutOne:
+        return std::copysign(1 + about_one * std::sinh(std::abs(x) - std::asinh(1 / about_one)), x);
     case Scale::Linear:
         break;
     }
     return x;
+}
+
+double slope_of_scale(Scale scale, double value) {
+    switch (scale) {
+    case Scale::Log:
+        return value;
+    case Scale::Log1p:
+        return 1 + value;
+    case Scale::AboutOne:
+        return std::hypot(about_one, std::abs(value) - 1);
+    case Scale::Linear:
+        break;
+    }
+    return 1;
 }
 
 Space::Space(const std::vector<const Model*>& lobes, bool isotropic,
@@ -157,12 +178,7 @@ std::vector<double> Space::gradient_by_x(const std::vector<double>& theta,
     for (std::size_t i = 0; i < dimensions_.size(); ++i) {
         if (dimensions_[i].fixed)
             continue;
-        double slope = 1; // d theta / d x
-        if (dimensions_[i].parameter.scale == Scale::Log)
-            slope = theta[i];
-        else if (dimensions_[i].parameter.scale == Scale::Log1p)
-            slope = 1 + theta[i];
-        gradient.push_back(by_theta[i] * slope);
+        gradient.push_back(by_theta[i] * slope_of_scale(dimensions_[i].parameter.scale, theta[i]));
     }
     return gradient;
 }

@@ -62,6 +62,8 @@ class Space {
 /// The scales' coordinate x of a parameter value, and back.
 double to_scale(Scale scale, double value);
 double from_scale(Scale scale, double x);
+/// d value / d x there.
+double slope_of_scale(Scale scale, double value);
 
 /// Whether any of the models has a parameter that the range names, in either form.
 bool names_parameter_of(const ParameterRange& range, const std::vector<const Model*>& models);

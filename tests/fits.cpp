@@ -52,7 +52,7 @@ Material typical_material(const Structure& structure, std::size_t channels) {
     for (const Model* model : structure.lobes) {
         Lobe lobe{model, structure.isotropic, {}, {}};
         for (const Parameter& p : model->parameters(structure.isotropic)) {
-            if (p.scale == Scale::Linear) {
+            if (!p.width()) {
                 lobe.theta.push_back(p.start);
                 continue;
             }

@@ -85,7 +85,7 @@ TEST_P(EveryModel, is_recovered_from_a_start_far_away) {
             const std::vector<Parameter>& parameters = lobe.model->parameters(true);
             for (std::size_t i = 0; i < parameters.size(); ++i) {
                 const Parameter& p = parameters[i];
-                if (p.scale == Scale::Linear)
+                if (!p.width())
                     lobe.theta[i] = high ? p.upper : p.lower;
                 else
                     lobe.theta[i] *= high ? 5.0 : 0.2;

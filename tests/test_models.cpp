@@ -79,6 +79,7 @@ double unit(const Parameter& p, double value) {
     case Scale::Log1p:
         return 1 + value;
     case Scale::Linear:
+    case Scale::AboutOne:
         break;
     }
     return p.upper - p.lower;

@@ -233,6 +233,21 @@ TEST_P(EveryStructure, error_coefficients_and_gradient_are_those_of_float64) {
     }
 }
 
+// Whatever was evaluated before: lobes so narrow that no sample sees them ask for any strength, and
+// the sums are taken about the last good one.
+TEST_P(EveryStructure, error_does_not_depend_on_what_came_before) {
+    const DeviceSamples packed = pack_samples(device(), samples, 80, Metric::Ngan);
+    std::mt19937_64 random(8);
+    const std::vector<double> theta = moved(theta_of(material), random);
+    const double expected = objective(packed).projected_error(theta);
+    const Space space(structure.lobes, structure.isotropic, {});
+    for (std::uint64_t i = 0; i < 40; ++i) {
+        Objective used = objective(packed);
+        used.projected_error(space.random(1, i));
+        EXPECT_NEAR(used.projected_error(theta), expected, 2e-5 * expected) << i;
+    }
+}
+
 TEST_P(EveryStructure, losses_and_their_gradients_are_those_of_float64) {
     for (const Metric metric : {Metric::Log, Metric::Cbrt}) {
         const DeviceSamples packed = pack_samples(device(), samples, 80, metric);

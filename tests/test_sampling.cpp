@@ -34,7 +34,7 @@ Lobe lobe_of(const Model& model, bool isotropic, double along, double across) {
     bool first = true;
     for (const Parameter& p : model.parameters(isotropic)) {
         double value = p.start * (1 - 0.1 * static_cast<double>(lobe.theta.size()));
-        if (p.scale != Scale::Linear) {
+        if (p.width()) {
             const double roughness = first ? along : across;
             value = p.scale == Scale::Log ? roughness : 2 / (roughness * roughness);
             first = false;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -32,6 +33,19 @@ void add_generate(CLI::App& app, const Globals& globals, Action& action);
 void add_bench(CLI::App& app, const Globals& globals, Action& action);
 /// Below bench.
 void add_bench_sampling(CLI::App& bench, const Globals& globals, Action& action);
+
+/// The positional arguments that several commands have.
+inline void add_material(CLI::App& command, std::string& path) {
+    command.add_option("MATERIAL", path, "material file (.json)")->required();
+}
+inline void add_directions(CLI::App& command, std::string& path) {
+    command
+        .add_option("DIRECTIONS", path,
+                    ".csv with wi_x,wi_y,wi_z,wo_x,wo_y,wo_z or .npy of shape (N, 6)")
+        ->required();
+}
+/// The most directions one command makes: more would fill any disk.
+inline constexpr std::uint64_t most_directions = 100000000;
 
 /// Runs the program: parses the command line, runs the command, turns errors into messages.
 /// Returns 0, 1 (bad input or failed job) or 2 (wrong usage).

@@ -17,6 +17,8 @@ const char* scale_name(Scale scale) {
         return "log";
     case Scale::Log1p:
         return "log1p";
+    case Scale::AboutOne:
+        return "about-one";
     case Scale::Linear:
         break;
     }

@@ -32,11 +32,8 @@ void add_pdf(CLI::App& app, const Globals& globals, Action& action) {
     CLI::App* command = app.add_subcommand(
         "pdf", "Density, at directions, of the light directions that sample draws");
     auto options = std::make_shared<Options>();
-    command->add_option("MATERIAL", options->material, "material file (.json)")->required();
-    command
-        ->add_option("DIRECTIONS", options->directions,
-                     ".csv with wi_x,wi_y,wi_z,wo_x,wo_y,wo_z or .npy of shape (N, 6)")
-        ->required();
+    add_material(*command, options->material);
+    add_directions(*command, options->directions);
     command
         ->add_option("-o,--output", options->out,
                      ".csv or .npy: one column pdf, by solid angle of wi; 0 below the horizon")

@@ -50,7 +50,7 @@ void add_sample(CLI::App& app, const Globals& globals, Action& action) {
     CLI::App* command = app.add_subcommand(
         "sample", "Draw light directions for a viewer, with density and weights");
     auto options = std::make_shared<Options>();
-    command->add_option("MATERIAL", options->material, "material file (.json)")->required();
+    add_material(*command, options->material);
     command->add_option("--wo", options->wo, "viewer: THETA,PHI in degrees, THETA below 90")
         ->required()
         ->delimiter(',')
@@ -63,7 +63,7 @@ void add_sample(CLI::App& app, const Globals& globals, Action& action) {
         });
     command->add_option("-n", options->n, "how many")
         ->required()
-        ->check(CLI::Range(std::uint64_t{1}, (std::uint64_t{1} << 32) - 1));
+        ->check(CLI::Range(std::uint64_t{1}, most_directions));
     command
         ->add_option("--seed", options->seed,
                      "another seed, other samples; sample i depends on seed and i alone")

@@ -15,7 +15,7 @@ namespace brdfit::cli {
 
 namespace {
 
-constexpr std::size_t default_directions = 100000, most_directions = 100000000;
+constexpr std::size_t default_directions = 100000;
 
 struct Options {
     std::string material, out, directions;
@@ -65,7 +65,7 @@ int synth(const Options& options, const Globals& globals) {
 void add_synth(CLI::App& app, const Globals& globals, Action& action) {
     CLI::App* command = app.add_subcommand("synth", "Write a material as if it had been measured");
     auto options = std::make_shared<Options>();
-    command->add_option("MATERIAL", options->material, "material file (.json)")->required();
+    add_material(*command, options->material);
     command
         ->add_option("OUT", options->out,
                      "file to write: .binary (MERL layout), .csv (scattered) or .npy")

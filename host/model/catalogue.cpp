@@ -20,9 +20,9 @@ const Parameter nv{"nv", 0, 1e6, 50, Scale::Log1p};
 
 const Parameter nx{"nx", 0, 1e6, 50, Scale::Log1p};
 const Parameter ny{"ny", 0, 1e6, 50, Scale::Log1p};
-const Parameter lafortune_c{"C", -3, 3, -1, Scale::Linear};
-const Parameter lafortune_cx{"Cx", -3, 3, -1, Scale::Linear};
-const Parameter lafortune_cy{"Cy", -3, 3, -1, Scale::Linear};
+const Parameter lafortune_c{"C", -3, 3, -1, Scale::AboutOne};
+const Parameter lafortune_cx{"Cx", -3, 3, -1, Scale::AboutOne};
+const Parameter lafortune_cy{"Cy", -3, 3, -1, Scale::AboutOne};
 const Parameter lafortune_n{"n", 0.1, 1e5, 50, Scale::Log1p};
 const Parameter a{"a", 1e-3, 2, 0.2, Scale::Log};
 const Parameter ax{"ax", 1e-3, 2, 0.2, Scale::Log};

@@ -8,8 +8,9 @@ namespace brdfit {
 /// How a parameter is spaced in searches and in the optimiser's coordinates.
 enum class Scale {
     Linear,
-    Log,  ///< roughness: x = log(p)
-    Log1p ///< exponents from 0: x = log(1 + p)
+    Log,     ///< roughness: x = log(p)
+    Log1p,   ///< exponents from 0: x = log(1 + p)
+    AboutOne ///< fine about -1 and 1: x = sign(p) (asinh(100 (|p| - 1)) + asinh(100))
 };
 
 /// A non-linear parameter of a lobe.
@@ -18,6 +19,8 @@ struct Parameter {
     double lower, upper; ///< closed range
     double start;        ///< a typical value
     Scale scale;
+    /// Whether it is how wide the lobe is, a roughness or an exponent.
+    bool width() const { return scale == Scale::Log || scale == Scale::Log1p; }
 };
 
 /// What a model is in a material.

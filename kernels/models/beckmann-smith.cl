@@ -124,7 +124,7 @@ static inline real visible_slope(real sine, real cosine, real u)
         upper = excess > 0.0f ? x : upper;
         lower = excess > 0.0f ? lower : x;
         const real next = x - excess / fmax((cosine - x * sine) * gauss, (real)(1e-20f));
-        x = next > lower && next < upper ? next : 0.5f * (lower + upper);
+        x = next >= lower && next <= upper ? next : 0.5f * (lower + upper);
     }
     return x;
 }
