@@ -217,17 +217,10 @@ class Alternation {
 
     // Rows and columns of wi and wo in the grid of g.
     void place() {
-        const double rows = static_cast<double>(grid_.rows - 1);
-        const double end = std::asinh(pi / 2 / grid_.scale);
         for (const Sample& sample : samples_)
             for (const Vector& k : {sample.wi, sample.wo}) {
-                const double e = std::atan2(k[2], std::hypot(k[0], k[1]));
-                rows_.push_back(std::min(rows * std::asinh(e / grid_.scale) / end, rows));
-                double turn = std::atan2(k[1], k[0]) / (2 * pi);
-                turn = turn < 0 ? turn + 1 : turn;
-                const auto columns = static_cast<double>(grid_.columns);
-                columns_.push_back(
-                    grid_.columns == 1 ? 0 : std::min(turn * columns, columns * (1 - 1e-12)));
+                rows_.push_back(grid_.row(std::atan2(k[2], std::hypot(k[0], k[1]))));
+                columns_.push_back(grid_.column(std::atan2(k[1], k[0])));
             }
     }
 

@@ -25,6 +25,7 @@
 #define FACET_ROWS table[19]
 #define FACET_COLUMNS table[20]
 #define LEANS table[21]
+#define STEEP table[22]         // share of directions that are drawn blindly, below 1
 
 // A part: amplitude times a shape in a frame of its own, times an image.
 #define PART_WORDS 32

@@ -23,7 +23,7 @@ struct Rule {
 
 template <typename F>
 double integrate(double from, double to, const F& f) {
-    static const Rule rule(0.1);
+    static const Rule rule(0.16);
     double sum = 0;
     for (std::size_t i = 0; i < rule.x.size(); ++i)
         sum += rule.w[i] * f(0.5 * (from + to) + 0.5 * (to - from) * rule.x[i]);

@@ -11,7 +11,8 @@ namespace brdfit::test {
 struct ReferenceDistribution {
     /// p(h), section 6; any direction of the sphere.
     std::function<double(const Vector& h)> p;
-    /// Ends of pieces over which p is smooth, in the angles of h = (cos b sin a, sin b, cos b cos a).
+    /// Ends of pieces over which p is smooth, in the angles of h = (cos b sin a, sin b, cos b cos
+    /// a).
     std::vector<double> a_ends, b_ends;
 };
 

@@ -78,7 +78,8 @@ TEST(Generator, finds_visible_areas_within_1e_5) {
                 const double expected = reference_area(one.reference, d);
                 const double g = table.g[r * grid.columns + k];
                 worst = std::max(worst, std::abs(g / expected - 1));
-                EXPECT_NEAR(g, expected, 1e-5 * expected) << r << " " << k << " " << d[0] << " " << d[1] << " " << d[2];
+                EXPECT_NEAR(g, expected, 1e-5 * expected)
+                    << r << " " << k << " " << d[0] << " " << d[1] << " " << d[2];
             }
         fmt::print("{}: worst {:.2g}\n", one.spec, worst);
     }
@@ -90,14 +91,19 @@ TEST(Generator, finds_reflectances_within_1e_4) {
         const MicrofacetTable table = table_of(one.spec, 50);
         const MicrofacetTable finer =
             generator().generate(distribution_of(one.spec), {50, false, 2}, "spec.json");
-        double worst = 0, most=0;
+        double worst = 0, most = 0;
         for (const bool correlated : {false, true})
             for (const int f0 : {0, 1})
                 for (std::size_t i = 0; i < table.g.size(); ++i) {
                     const double r = table.reflectance(f0, correlated)[i];
                     const double expected = finer.reflectance(f0, correlated)[i];
                     EXPECT_NEAR(r, expected, 1e-4) << f0 << correlated << i;
-                    if (std::abs(r - expected) > 3e-4) fmt::print("f0 {} corr {} row {} col {}: {} {}  e {} phi {}\n", f0, correlated, i/table.grid.columns, i%table.grid.columns, r, expected, table.grid.elevation(double(i/table.grid.columns))/degree, table.grid.azimuth(double(i%table.grid.columns))/degree);
+                    if (std::abs(r - expected) > 3e-4)
+                        fmt::print("f0 {} corr {} row {} col {}: {} {}  e {} phi {}\n", f0,
+                                   correlated, i / table.grid.columns, i % table.grid.columns, r,
+                                   expected,
+                                   table.grid.elevation(double(i / table.grid.columns)) / degree,
+                                   table.grid.azimuth(double(i % table.grid.columns)) / degree);
                     worst = std::max(worst, std::abs(r - expected));
                     most = std::max(most, r);
                 }

@@ -105,7 +105,7 @@ std::string generated_sampling(const Structure& structure) {
            "theta, "
            "real u1, real u2)\n{\n" +
            draw +
-           "}\nstatic inline void component_densities(geometry q, __constant const float* theta, "
+           "}\nstatic inline void component_densities(geometry q, PARAMETER_SPACE const float* theta, "
            "real* p)\n{\n" +
            densities + "}\n";
 }

@@ -389,7 +389,7 @@ MicrofacetTable Generator::generate(const Distribution& distribution,
     const Nodes nodes = nodes_of_parts(distribution, fine * options.fineness);
     const std::vector<float> planes = download<float>(device_, nodes.planes, 4 * nodes.stride);
     const float* const weight = planes.data() + 3 * nodes.stride;
-    double whole = 0;
+    double whole = 0, above = 0, steep = 0;
     for (std::size_t n = 0; n < distribution.parts.size(); ++n) {
         const DistributionPart& part = distribution.parts[n];
         Vector mean{};
@@ -398,6 +398,9 @@ MicrofacetTable Generator::generate(const Distribution& distribution,
             for (std::size_t a = 0; a < 3; ++a)
                 mean[a] += double{planes[a * nodes.stride + i]} * weight[i];
             whole += weight[i];
+            const float z = planes[2 * nodes.stride + i];
+            above += z > 0 ? weight[i] : 0;
+            steep += z > 0 && z < std::sqrt(0.5F) ? weight[i] : 0;
         }
         for (std::size_t a = 0; a < 3; ++a)
             table.mean[a] += mean[a];
@@ -412,6 +415,7 @@ MicrofacetTable Generator::generate(const Distribution& distribution,
         throw InputError(fmt::format("{}: <h.n> is {:.6g} of the integral of p(h) {:.6g}: the "
                                      "normals are below the horizon; expected <h.n> above 0",
                                      source, table.mean[2], whole));
+    table.steep = above > 0 ? steep / above : 0;
     // What symmetry makes 0 is 0.
     if (distribution.sector != Sector::All)
         table.mean[1] = 0;
@@ -435,19 +439,28 @@ EnergyReport energy_report(const MicrofacetTable& table, double f0, bool correla
     constexpr double error = 1e-4;
     EnergyReport report;
     const Grid& grid = table.grid;
-    for (std::size_t r = 0; r < grid.rows; ++r)
-        for (std::size_t k = 0; k < grid.columns; ++k) {
-            const std::size_t i = r * grid.columns + k;
-            const double value = (1 - f0) * table.reflectance(0, correlated)[i] +
-                                 f0 * table.reflectance(1, correlated)[i];
-            report.most = std::max(report.most, value);
-            report.directions += grid.multiplicity(k);
-            if (value <= 1 + error)
-                continue;
-            report.above += grid.multiplicity(k);
-            report.where.push_back({pi / 2 - grid.elevation(static_cast<double>(r)),
-                                    grid.azimuth(static_cast<double>(k)), value});
+    const auto mixed = [&](double r0, double r1) { return (1 - f0) * r0 + f0 * r1; };
+    const std::vector<float>&r0 = table.reflectance(0, correlated),
+          &r1 = table.reflectance(1, correlated);
+    for (std::size_t i = 0; i < r0.size(); ++i)
+        report.most = std::max(report.most, mixed(double{r0[i]}, double{r1[i]}));
+    // Even steps, so that the count does not depend on how the grid is spaced.
+    const auto thetas = static_cast<std::size_t>(
+        std::lround(std::sqrt(static_cast<double>(std::max<std::size_t>(grid.count(), 200)) / 2)));
+    const std::size_t phis = 2 * thetas;
+    report.directions = thetas * phis;
+    for (std::size_t i = 0; i < thetas; ++i)
+        for (std::size_t k = 0; k < phis; ++k) {
+            const double theta =
+                pi / 2 * (static_cast<double>(i) + 0.5) / static_cast<double>(thetas);
+            const double phi = 2 * pi * static_cast<double>(k) / static_cast<double>(phis);
+            const double row = grid.row(pi / 2 - theta), column = grid.column(phi);
+            const double value =
+                mixed(interpolate(grid, r0, row, column), interpolate(grid, r1, row, column));
+            if (value > 1 + error)
+                report.where.push_back({theta, phi, value});
         }
+    report.above = report.where.size();
     return report;
 }
 

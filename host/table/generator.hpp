@@ -49,12 +49,12 @@ class Generator {
     cl::Program program_;
 };
 
-/// Where a generated BRDF, f0 = 1, reflects more than it receives.
+/// Where a generated BRDF reflects more than it receives.
 struct EnergyReport {
-    double most = 0;                          ///< largest R on the grid
-    std::size_t directions = 0;               ///< of the grid, mirrored to the whole hemisphere
-    std::size_t above = 0;                    ///< of them with R > 1
-    std::vector<std::array<double, 3>> where; ///< theta, phi (radians), R of the nodes with R > 1
+    double most = 0;            ///< largest R of the table
+    std::size_t directions = 0; ///< looked at: even steps of polar angle and azimuth, 200 or more
+    std::size_t above = 0;      ///< of them with R > 1
+    std::vector<std::array<double, 3>> where; ///< their theta, phi (radians) and R
 };
 /// R counts as above 1 beyond the tables' error. `f0`: 0 to 1.
 EnergyReport energy_report(const MicrofacetTable& table, double f0, bool correlated);

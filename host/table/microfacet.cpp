@@ -86,13 +86,23 @@ Vector Grid::direction(double row, double column) const {
     return {std::cos(e) * std::cos(phi), std::cos(e) * std::sin(phi), std::sin(e)};
 }
 
-std::size_t Grid::multiplicity(std::size_t column) const {
-    if (sector == Sector::All || columns == 1)
-        return 1;
-    const bool end = column == 0 || column + 1 == columns;
-    if (sector == Sector::Half)
-        return end ? 1 : 2;
-    return end ? 2 : 4;
+double Grid::row(double elevation) const {
+    const double last = static_cast<double>(rows - 1);
+    return std::min(last, last * std::asinh(elevation / scale) / std::asinh(pi / 2 / scale));
+}
+
+double Grid::column(double azimuth) const {
+    if (columns == 1)
+        return 0;
+    const double x = stretch * std::cos(azimuth), y = std::sin(azimuth);
+    const double psi = std::atan2(sector == Sector::All ? y : std::abs(y),
+                                  sector == Sector::Quarter ? std::abs(x) : x);
+    const auto count = static_cast<double>(columns);
+    if (sector == Sector::All) {
+        const double turn = psi / (2 * pi);
+        return std::min((turn < 0 ? turn + 1 : turn) * count, count * (1 - 1e-12));
+    }
+    return psi / psi_span(sector) * (count - 1);
 }
 
 double interpolate(const Grid& grid, const std::vector<float>& plane, double row, double column) {
@@ -188,7 +198,7 @@ std::vector<float> pack(const MicrofacetTable& table, double f0, bool correlated
                           number(table.mean[2]),
                           number(grid.scale),
                           number(std::asinh(pi / 2 / grid.scale)),
-                          number(1 / grid.stretch),
+                          number(grid.stretch),
                           number(grid.rows),
                           number(grid.columns),
                           number(grid.sector),
@@ -202,7 +212,8 @@ std::vector<float> pack(const MicrofacetTable& table, double f0, bool correlated
                           number(words.size()),
                           number(table.facets.rows),
                           number(table.facets.columns),
-                          number(leans ? 1 : 0)};
+                          number(leans ? 1 : 0),
+                          number(0.9 * table.steep)};
     std::copy(std::begin(head), std::end(head), words.begin());
     words.insert(words.end(), table.facets.values.begin(), table.facets.values.end());
 

@@ -23,9 +23,9 @@ struct Grid {
     double azimuth(double column) const;
     /// Unit direction of row and column, also between the nodes.
     Vector direction(double row, double column) const;
-    /// How many directions of the whole hemisphere a node stands for; those at the normal, where
-    /// all azimuths are one, count as the others do.
-    std::size_t multiplicity(std::size_t column) const;
+    /// The row of an elevation and the column of an azimuth, where they lie between the nodes.
+    double row(double elevation) const;
+    double column(double azimuth) const;
 };
 
 /// Probabilities of cells of polar angle and azimuth that half vectors of one part are drawn from.
@@ -51,7 +51,8 @@ struct MicrofacetTable {
     /// correlated shadowing.
     std::vector<float> g, r0, r1, r0_correlated, r1_correlated;
     std::vector<SamplingCells> cells; ///< of each part
-    FacetTable facets;                ///< rows 0: not computed
+    double steep = 0;  ///< share of the normals above the horizon that lean by 45 degrees and more
+    FacetTable facets; ///< rows 0: not computed
 
     bool isotropic() const { return grid.sector == Sector::Isotropic; }
     const std::vector<float>& reflectance(int f0, bool correlated) const {

@@ -90,6 +90,7 @@ class Reader {
         table->mean[1] = number("mean_y", -most, most);
         table->mean[2] = number("mean_z", -most, most);
         table->mean_height = number("mean_height", 1e-30, most);
+        table->steep = number("steep", 0, 1);
         table->grid.scale = number("elevation_scale", 1e-4, 10);
         table->grid.stretch = number("azimuth_stretch", 1e-3, 1e3);
         const double sector = number("sector", 0, 4);
@@ -273,6 +274,7 @@ void write_table(const MicrofacetTable& table, const std::string& path) {
                  {"mean_y", table.mean[1]},
                  {"mean_z", table.mean[2]},
                  {"mean_height", table.mean_height},
+                 {"steep", table.steep},
                  {"elevation_scale", grid.scale},
                  {"azimuth_stretch", grid.stretch},
                  {"sector", static_cast<int>(grid.sector)},

@@ -30,6 +30,9 @@ static inline real microfacet(const real* plane, PARAMETER_SPACE const float* th
     return schlick_times(schlick_p5(q), theta[0], s, d);
 }
 
+// Half vectors of p(h); where many normals are steep (STEEP, their share), half vectors often reflect
+// below the horizon, and that share of directions is drawn by their cosine instead.
+
 // A half vector of p(h) as its cells hold it: a part, a column of cells, a cell, then uniformly by
 // azimuth psi and height in the cell.
 static inline void drawn_half(PARAMETER_SPACE const float* table, float u1, float u2, float* h)
@@ -100,6 +103,9 @@ static inline float half_density(PARAMETER_SPACE const float* table, float hx, f
 static inline geometry microfacet_sample(vector wo, PARAMETER_SPACE const float* theta,
                                          PARAMETER_SPACE const float* table, real u1, real u2)
 {
+    const mask blind = u1 < STEEP;
+    const geometry other = cosine_sample(wo, fmin(u1 / fmax(STEEP, 1e-6f), (real)(0.99999994f)), u2);
+    u1 = clamp((u1 - STEEP) / (1.0f - STEEP), (real)(0.0f), (real)(0.99999994f));
     vector h;
     for (int lane = 0; lane < V; ++lane) {
         float one[3];
@@ -110,8 +116,8 @@ static inline geometry microfacet_sample(vector wo, PARAMETER_SPACE const float*
     }
     geometry q = reflected(wo, unit(h));
     // A half vector below the horizon or turned away gives nothing.
-    q.wi_z = q.c > 0.0f && h.z > 0.0f ? q.wi_z : (real)(-1.0f);
-    return q;
+    q.wi_z = q.c > 0.0f && h.z > 0.0f ? q.wi_z : -fabs(q.wi_z);
+    return selected(blind, other, q);
 }
 
 static inline real microfacet_density(geometry q, PARAMETER_SPACE const float* theta,
@@ -121,5 +127,5 @@ static inline real microfacet_density(geometry q, PARAMETER_SPACE const float* t
     for (int lane = 0; lane < V; ++lane)
         ((float*)&p)[lane] = half_density(table, ((const float*)&q.h_x)[lane],
                                           ((const float*)&q.h_y)[lane], ((const float*)&q.h_z)[lane]);
-    return p / (4.0f * q.c);
+    return (1.0f - STEEP) * p / (4.0f * q.c) + STEEP * cosine_density(q);
 }
