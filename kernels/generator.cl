@@ -83,7 +83,7 @@ reflect(__global const float* table, __global const real* nodes, uint stride,
         const geometry q = reflected(wo, h);
         const mask above = q.wi_z > 0.0f && q.c > 0.0f;
         const vector wi = {q.wi_x, q.wi_y, above ? q.wi_z : (real)(1.0f)};
-        const real g_i = visible_area(table, wi);
+        const real g_i = visible_area_linear(table, wi);
         const real w = nodes[i + 3 * stride] * (above ? q.c * wi.z : (real)(0.0f));
         const real independent = w * shadowing(table, wi, wo, g_i, g_o, false);
         const real correlated = above ? w * shadowing(table, wi, wo, g_i, g_o, true) : (real)(0.0f);

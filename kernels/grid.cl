@@ -65,15 +65,46 @@ static inline real plane_at(PARAMETER_SPACE const float* table, float offset, re
     return value;
 }
 
-// g(k) = k.<h> + g(-k): what is seen from behind is small but near the horizon, and so is the error of
-// interpolating it. Normals that lean to one side leave g small on the other: then log(g) is interpolated.
-static inline real visible_area(PARAMETER_SPACE const float* table, vector k)
+// Linear between the nodes: for planes fine enough.
+static inline float linear_at(PARAMETER_SPACE const float* plane, int rows, int columns, float row,
+                              float column)
 {
-    const real behind = plane_at(table, BEHIND, grid_row(table, k), grid_column(table, k));
+    const int i = clamp((int)row, 0, rows - 2);
+    const float s = row - i;
+    if (columns == 1)
+        return mix(plane[i], plane[i + 1], s);
+    const int stride = columns + 3;
+    const int k = min((int)column, columns - 1);
+    PARAMETER_SPACE const float* at = plane + i * stride + k + 1;
+    return mix(mix(at[0], at[1], column - k), mix(at[stride], at[stride + 1], column - k), s);
+}
+
+static inline real area_from(PARAMETER_SPACE const float* table, vector k, real behind)
+{
     if (LEANS > 0.0f)
         return exp(behind);
     const real g = MEAN_X * k.x + MEAN_Y * k.y + MEAN_Z * k.z + behind;
     return fmax(g, (real)(1e-9f * MEAN_HEIGHT));
+}
+
+// g(k) = k.<h> + g(-k): what is seen from behind is small but near the horizon, and so is the error of
+// interpolating it. Normals that lean to one side leave g small on the other: then log(g) is interpolated.
+static inline real visible_area(PARAMETER_SPACE const float* table, vector k)
+{
+    return area_from(table, k, plane_at(table, BEHIND, grid_row(table, k), grid_column(table, k)));
+}
+
+// The same, linear between the nodes.
+static inline real visible_area_linear(PARAMETER_SPACE const float* table, vector k)
+{
+    const real row = grid_row(table, k);
+    const real column = grid_column(table, k);
+    real behind = 0.0f;
+    for (int lane = 0; lane < V; ++lane)
+        ((float*)&behind)[lane] =
+            linear_at(table + (int)BEHIND, (int)GRID_ROWS, (int)GRID_COLUMNS,
+                      ((const float*)&row)[lane], ((const float*)&column)[lane]);
+    return area_from(table, k, behind);
 }
 
 // t of Eq. 14, from the angle between the projections of wi and wo: 1 where they are the same.

@@ -231,7 +231,7 @@ TEST(Microfacet, has_the_values_of_eq_26_and_14) {
             areas_o.push_back(reference_area(one.reference, wo));
         }
         // The interpolation's error falls with the grid's size.
-        for (const auto& [points, tolerance] : {std::pair{std::size_t{200}, 1e-2}, {4000, 5e-5}})
+        for (const auto& [points, tolerance] : {std::pair{std::size_t{200}, 1e-2}, {1000, 3e-4}})
             for (const bool correlated : {false, true}) {
                 const Material material =
                     parsed(material_json(tables().path(one.spec, points), f0, correlated));
@@ -251,7 +251,7 @@ TEST(Microfacet, has_the_values_of_eq_26_and_14) {
 }
 
 TEST(Microfacet, is_reciprocal_and_finite) {
-    const auto random = random_directions(20000, false, 3);
+    const auto random = random_directions(8000, false, 3);
     std::vector<std::pair<Vector, Vector>> pairs, swapped;
     for (std::size_t k = 0; k < random->count(); ++k) {
         pairs.push_back(random->pair(k));
@@ -278,19 +278,18 @@ TEST(Microfacet, is_reciprocal_and_finite) {
 
 TEST(Microfacet, samples_follow_their_density) {
     for (const std::string& spec : all_specs())
-        expect_samples_follow_density(parsed(material_json(tables().path(spec), 0.9)), 100000);
+        expect_samples_follow_density(parsed(material_json(tables().path(spec), 0.9)), 40000);
     Json mixed = material_json(tables().path(gauss), 0.9);
     mixed["diffuse"] = {{"model", "microfacet"}, {"kd", {0.5}}};
     mixed["lobes"].push_back(material_json(tables().path(grooves), 0.5, true)["lobes"][0]);
     mixed["lobes"].push_back({{"model", "ward"}, {"ks", {0.2}}, {"m", 0.3}});
-    expect_samples_follow_density(parsed(mixed), 100000);
+    expect_samples_follow_density(parsed(mixed), 40000);
 }
 
 TEST(Microfacet, sample_weights_have_the_mean_of_the_table) {
     for (const std::string& spec : all_specs())
         for (const bool correlated : {false, true}) {
-            const Material material =
-                parsed(material_json(tables().path(spec, 2000), 1, correlated));
+            const Material material = parsed(material_json(tables().path(spec), 1, correlated));
             const MicrofacetTable& table = *material.lobes[0].table;
             for (const std::size_t row : {table.grid.rows / 3, table.grid.rows - 1}) {
                 const std::size_t i = row * table.grid.columns + table.grid.columns / 3;
@@ -305,7 +304,7 @@ TEST(Microfacet, sample_weights_have_the_mean_of_the_table) {
                 }
                 const double n = 200000, mean = sum / n;
                 const double r = table.reflectance(1, correlated)[i];
-                EXPECT_NEAR(mean, r, 1e-3 * r + 4 * std::sqrt((squares / n - mean * mean) / n))
+                EXPECT_NEAR(mean, r, 5e-3 * r + 4 * std::sqrt((squares / n - mean * mean) / n))
                     << spec << correlated << " " << row;
             }
         }

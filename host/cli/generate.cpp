@@ -1,8 +1,11 @@
 #include "host/cli/command.hpp"
 #include "host/cli/recover.hpp"
 #include "host/error.hpp"
+#include "host/model/sample.hpp"
 #include "host/table/generator.hpp"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <fmt/format.h>
 #include <memory>
@@ -17,7 +20,7 @@ struct Options {
     std::string spec, out;
     RecoverRequest recover;
     GeneratorOptions generator;
-    bool json = false;
+    bool json = false, ward = false;
 };
 
 /// f0 that the report says the diffuse constant for; any other follows from the table.
@@ -94,6 +97,36 @@ void print_report(const MicrofacetTable& table, const std::string& out, double s
     fmt::print("\n");
 }
 
+/// Albedos of the generated BRDF at f0 = 1 and of Ward's model of the same widths, Fig. 6 of the
+/// paper.
+std::vector<std::array<double, 3>> beside_ward(const MicrofacetTable& table, const Device& device) {
+    const DistributionPart& part = table.distribution.parts.front();
+    Material ward;
+    ward.channels = {"Y"};
+    ward.diffuse = &model_named("lambert");
+    ward.kd = {0};
+    Lobe lobe;
+    lobe.model = &model_named("ward");
+    lobe.isotropic = false;
+    lobe.theta = {part.sigma_x, part.sigma_y};
+    lobe.ks = {1};
+    ward.lobes = {lobe};
+    const Sampler sampler(device, ward);
+    std::vector<std::array<double, 3>> rows;
+    for (const double theta : {0, 10, 20, 30, 40, 50, 60, 70, 75, 80, 85, 87, 89}) {
+        constexpr std::size_t samples = std::size_t{1} << 16;
+        const DirectionSamples drawn =
+            sampler.sample(direction(theta / degrees, 0), samples, 1, Sequence::Sobol);
+        double sum = 0;
+        for (const float weight : drawn.weights)
+            sum += weight;
+        rows.push_back(
+            {theta, interpolate(table.grid, table.r1, table.grid.row((90 - theta) / degrees), 0),
+             sum / static_cast<double>(samples)});
+    }
+    return rows;
+}
+
 int generate(const Options& options, const Globals& globals) {
     if (options.spec.empty() == options.recover.file.empty())
         throw UsageError("generate needs either SPEC or --from FILE");
@@ -111,11 +144,29 @@ int generate(const Options& options, const Globals& globals) {
     const MicrofacetTable table = generator.generate(distribution, options.generator, options.spec);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    std::vector<std::array<double, 3>> compared;
+    if (options.ward) {
+        const DistributionPart& part = distribution.parts.front();
+        if (distribution.parts.size() != 1 || part.shape != Shape::Gaussian || part.tilt != 0 ||
+            part.turn != 0 || part.table != nullptr || std::max(part.sigma_x, part.sigma_y) > 10)
+            throw UsageError(fmt::format("--ward: {} is no upright Gaussian with widths up to 10",
+                                         options.spec));
+        compared = beside_ward(table, device);
+    }
     write_table(table, options.out);
-    if (options.json)
-        fmt::print("{}\n", report_json(table, seconds).dump(2));
-    else
-        print_report(table, options.out, seconds);
+    if (options.json) {
+        Json json = report_json(table, seconds);
+        for (const auto& row : compared)
+            json["beside_ward"].push_back(
+                {{"theta", row[0]}, {"microfacet", row[1]}, {"ward", row[2]}});
+        fmt::print("{}\n", json.dump(2));
+        return 0;
+    }
+    print_report(table, options.out, seconds);
+    if (!compared.empty())
+        fmt::print("  theta  R at f0 = 1  ward (along x)\n");
+    for (const auto& row : compared)
+        fmt::print("  {:5.0f}  {:11.4f}  {:4.4f}\n", row[0], row[1], row[2]);
     return 0;
 }
 
@@ -135,6 +186,9 @@ void add_generate(CLI::App& app, const Globals& globals, Action& action) {
     command->add_flag("--lambertian", options->generator.facets,
                       "also tabulate Lambertian facets (microfacet-lambertian); isotropic "
                       "distributions only");
+    command->add_flag(
+        "--ward", options->ward,
+        "of an upright Gaussian: also print the albedos beside those of Ward's model");
     add_recover_options(*command, options->recover);
     command->add_flag("--json", options->json, "print the report as JSON");
     command->footer("Examples:\n"

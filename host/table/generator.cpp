@@ -298,7 +298,7 @@ void Generator::reflect(MicrofacetTable& table, std::size_t fineness) const {
         areas(nodes_of_parts(table.distribution, middle * fineness), directions_of(inner.grid));
     const Nodes nodes = nodes_of_parts(table.distribution, coarse * fineness);
     inner.g.assign(inner_areas.begin(), inner_areas.end());
-    const cl::Buffer words = upload(device_, pack(inner, 0, false, false));
+    const cl::Buffer words = upload(device_, pack(refined(inner, 8), 0, false, false));
     const std::vector<Vector> directions = directions_of(table.grid);
     const std::size_t blocks = nodes.stride / block;
     const std::size_t most = std::max<std::size_t>(1, most_floats_out / (blocks * 4));
@@ -439,16 +439,18 @@ EnergyReport energy_report(const MicrofacetTable& table, double f0, bool correla
     constexpr double error = 1e-4;
     EnergyReport report;
     const Grid& grid = table.grid;
+    const auto thetas = static_cast<std::size_t>(
+        std::lround(std::sqrt(static_cast<double>(std::max<std::size_t>(grid.count(), 200)) / 2)));
+    const std::size_t phis = 2 * thetas;
+    report.directions = thetas * phis;
     const auto mixed = [&](double r0, double r1) { return (1 - f0) * r0 + f0 * r1; };
     const std::vector<float>&r0 = table.reflectance(0, correlated),
           &r1 = table.reflectance(1, correlated);
     for (std::size_t i = 0; i < r0.size(); ++i)
         report.most = std::max(report.most, mixed(double{r0[i]}, double{r1[i]}));
+    if (report.most <= 1 + error) // interpolation may pass 1 where no node does
+        return report;
     // Even steps, so that the count does not depend on how the grid is spaced.
-    const auto thetas = static_cast<std::size_t>(
-        std::lround(std::sqrt(static_cast<double>(std::max<std::size_t>(grid.count(), 200)) / 2)));
-    const std::size_t phis = 2 * thetas;
-    report.directions = thetas * phis;
     for (std::size_t i = 0; i < thetas; ++i)
         for (std::size_t k = 0; k < phis; ++k) {
             const double theta =

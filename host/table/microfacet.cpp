@@ -1,6 +1,7 @@
 #include "host/table/microfacet.hpp"
 
 #include "host/error.hpp"
+#include "host/parallel.hpp"
 #include "host/table/quadrature.hpp"
 
 #include <algorithm>
@@ -61,6 +62,24 @@ void append_cumulative(std::vector<float>& words, const std::vector<double>& mas
         words.push_back(static_cast<float>(whole > 0 ? sum / whole : 0));
     }
     words.back() = 1;
+}
+
+/// What of g is interpolated (kernels/grid.cl): g(-k), or log(g) where the normals lean to one
+/// side.
+std::pair<std::vector<float>, bool> interpolated_area(const MicrofacetTable& table) {
+    const Grid& grid = table.grid;
+    const Vector& mean = table.mean;
+    const bool leans = std::hypot(mean[0], mean[1]) > 1e-3 * mean[2];
+    std::vector<float> plane(grid.count());
+    for (std::size_t r = 0; r < grid.rows; ++r)
+        for (std::size_t k = 0; k < grid.columns; ++k) {
+            const Vector d = grid.direction(static_cast<double>(r), static_cast<double>(k));
+            const double facing = d[0] * mean[0] + d[1] * mean[1] + d[2] * mean[2];
+            const double g = table.g[r * grid.columns + k];
+            plane[r * grid.columns + k] = static_cast<float>(
+                leans ? std::log(std::max(g, least_area * table.mean_height)) : g - facing);
+        }
+    return {plane, leans};
 }
 
 } // namespace
@@ -126,6 +145,31 @@ double interpolate(const Grid& grid, const std::vector<float>& plane, double row
     return sum;
 }
 
+MicrofacetTable refined(const MicrofacetTable& table, std::size_t factor) {
+    const Grid& grid = table.grid;
+    MicrofacetTable fine = table;
+    fine.grid.rows = (grid.rows - 1) * factor + 1;
+    if (grid.columns > 1)
+        fine.grid.columns =
+            grid.sector == Sector::All ? grid.columns * factor : (grid.columns - 1) * factor + 1;
+    const auto [plane, leans] = interpolated_area(table);
+    const auto step = 1 / static_cast<double>(factor);
+    fine.g.resize(fine.grid.count());
+    parallel_pieces(fine.grid.rows, 16, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t r = begin; r < end; ++r)
+            for (std::size_t k = 0; k < fine.grid.columns; ++k) {
+                const auto row = static_cast<double>(r), column = static_cast<double>(k);
+                const Vector d = fine.grid.direction(row, column);
+                const double value = interpolate(grid, plane, row * step, column * step);
+                fine.g[r * fine.grid.columns + k] =
+                    static_cast<float>(leans ? std::exp(value)
+                                             : value + d[0] * table.mean[0] + d[1] * table.mean[1] +
+                                                   d[2] * table.mean[2]);
+            }
+    });
+    return fine;
+}
+
 double diffuse_constant(const MicrofacetTable& table, double f0, bool correlated, bool metal) {
     const Grid& grid = table.grid;
     const Quadrature within = gauss_legendre(6);
@@ -170,18 +214,7 @@ std::vector<float> pack(const MicrofacetTable& table, double f0, bool correlated
     const Grid& grid = table.grid;
     const auto number = [](auto x) { return static_cast<float>(x); };
     std::vector<float> words(head_words + part_words * table.distribution.parts.size());
-    // Where the normals lean to one side, g gets small on the other, and its logarithm is smoother.
-    const bool leans = std::hypot(table.mean[0], table.mean[1]) > 1e-3 * table.mean[2];
-    std::vector<float> behind(grid.count());
-    for (std::size_t r = 0; r < grid.rows; ++r)
-        for (std::size_t k = 0; k < grid.columns; ++k) {
-            const Vector d = grid.direction(number(r), number(k));
-            const Vector& mean = table.mean;
-            const double facing = d[0] * mean[0] + d[1] * mean[1] + d[2] * mean[2];
-            const double g = table.g[r * grid.columns + k];
-            behind[r * grid.columns + k] =
-                number(leans ? std::log(std::max(g, least_area * table.mean_height)) : g - facing);
-        }
+    const auto [behind, leans] = interpolated_area(table);
     const auto place = [&](const std::vector<float>& plane) {
         const std::size_t offset = words.size();
         append_plane(words, grid, plane);

@@ -64,6 +64,9 @@ struct MicrofacetTable {
 /// it.
 double interpolate(const Grid& grid, const std::vector<float>& plane, double row, double column);
 
+/// The table with g alone on a grid `factor` times as fine each way, interpolated.
+MicrofacetTable refined(const MicrofacetTable& table, std::size_t factor);
+
 /// c of Eq. 28: 1 / c is the integral of (1 - R(k)) (k.n), for a metal of max(0, f0 - R(k)) (k.n),
 /// over the hemisphere with R as the kernels interpolate it; 0 where that integral is 0.
 double diffuse_constant(const MicrofacetTable& table, double f0, bool correlated, bool metal);
