@@ -9,7 +9,7 @@ needed="cmake make g++ pkg-config
 pocl-opencl-icd ocl-icd-opencl-dev opencl-headers opencl-clhpp-headers
 libnlopt-dev libeigen3-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libssl-dev
 libopenexr-dev libpng-dev"
-needed_by_tests="libgtest-dev oclgrind"
+needed_by_tests="libgtest-dev libbenchmark-dev oclgrind"
 
 usage() {
     sed -n '2,4s/^# \{0,1\}//p' "$0" >&2

@@ -1,13 +1,14 @@
 #pragma once
 
-#include "bench/work.hpp"
+#include "bench/scalar.hpp"
 
+#include <utility>
 #include <vector>
 
 namespace brdfit::bench {
 
-/// Name of the row all others are compared with.
-inline constexpr const char* baseline = "native scalar float64";
+/// Name of the rows of kurt_sums_simd.
+inline constexpr const char* simd_baseline = "native openmp simd";
 
 /// Compiler and options of the native baselines.
 struct NativeBuild {
@@ -15,14 +16,10 @@ struct NativeBuild {
 };
 NativeBuild native_build();
 
-/// The works as plain C++, for isotropic `kurt` with one lobe and three channels; empty for other
-/// materials.
-///   native scalar float64              one thread, half vector and all else from the directions
-///   native scalar float64 precomputed  one thread, what depends on directions alone read from
-///   memory
-std::vector<Result> measure_scalar(const Problem& problem, const Samples& samples);
-///   native openmp simd                 the same in float32 planes, on one thread and on all
-/// Empty also where it is not built.
-std::vector<Result> measure_simd(const Problem& problem, const Samples& samples);
+/// `error` and `error-gradient` as plain C++ with OpenMP in float32 planes, on one thread and on
+/// all: tasks and their threads. For `kurt` alone; empty for other models and where it is not
+/// built. `samples` must outlive the tasks.
+std::vector<std::pair<Task, int>> simd_tasks(const Problem& problem,
+                                             const std::vector<ScalarSample>& samples);
 
 } // namespace brdfit::bench

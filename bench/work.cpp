@@ -1,9 +1,5 @@
 #include "bench/work.hpp"
 
-#include "host/embedded.hpp"
-#include "host/file.hpp"
-#include "host/model/synthesise.hpp"
-
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -11,9 +7,6 @@
 namespace brdfit::bench {
 
 namespace {
-
-constexpr double noise = 0.02;
-constexpr std::uint64_t seed = 1;
 
 // Linear between the two values around the place that `share` of the sorted values lie below.
 double quantile(const std::vector<double>& sorted, double share) {
@@ -23,96 +16,172 @@ double quantile(const std::vector<double>& sorted, double share) {
     return sorted[below] + (place - static_cast<double>(below)) * (sorted[above] - sorted[below]);
 }
 
-double relative_difference(double a, double reference) {
+double relative_difference(double a, double reference, double least) {
     if (a == reference)
         return 0;
-    const double difference = std::abs(a - reference) / std::abs(reference);
+    const double difference = std::abs(a - reference) / std::max(std::abs(reference), least);
     return std::isfinite(difference) ? difference : std::numeric_limits<double>::infinity();
 }
 
 } // namespace
 
-const std::vector<Problem>& problems() {
-    static const std::vector<Problem> all = {
-        {R"({"brdfit": 1, "channels": ["R", "G", "B"],
-             "diffuse": {"model": "lambert", "kd": [0.2, 0.1, 0.05]},
-             "lobes": [{"model": "kurt", "ks": [0.3, 0.4, 0.5], "f0": 0.2, "m": 0.2,
-                        "alpha": 0.2}]})",
-         {0.3, 0.25, 0.35}},
-    };
-    return all;
+const Work* find_work(const std::string& name) {
+    for (const Work& work : works)
+        if (name == work.name)
+            return &work;
+    return nullptr;
 }
 
 double difference(const Answer& a, const Answer& reference) {
-    if (a.gradient.size() != reference.gradient.size())
+    if (a.size() != reference.size())
         return std::numeric_limits<double>::infinity();
-    double largest = relative_difference(a.error, reference.error);
-    for (std::size_t i = 0; i < a.gradient.size(); ++i)
-        largest = std::max(largest, relative_difference(a.gradient[i], reference.gradient[i]));
+    constexpr double least_share = 0.01; // of the first value: what is smaller has cancelled
+    double largest = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        largest = std::max(
+            largest, relative_difference(a[i], reference[i], least_share * std::abs(reference[0])));
     return largest;
 }
 
 Timing timing_of(std::vector<double> seconds) {
     std::sort(seconds.begin(), seconds.end());
     const double median = quantile(seconds, 0.5);
-    return {median, (quantile(seconds, 0.75) - quantile(seconds, 0.25)) / median};
+    return {median, (quantile(seconds, 0.75) - quantile(seconds, 0.25)) / median, seconds.front()};
 }
 
-nlohmann::ordered_json to_json(const Result& result, bool with_answer) {
+Timing time_runs(const std::function<void()>& body, const Repeats& repeats) {
+    using Clock = std::chrono::steady_clock;
+    const auto since = [](Clock::time_point start) {
+        return std::chrono::duration<double>(Clock::now() - start).count();
+    };
+    for (int warm_up = 0; warm_up < repeats.warm_ups; ++warm_up)
+        body();
+    std::vector<double> seconds;
+    const auto begin = Clock::now();
+    while (seconds.size() < repeats.fewest ||
+           (seconds.size() < repeats.most && since(begin) < repeats.seconds)) {
+        const auto start = Clock::now();
+        body();
+        seconds.push_back(since(start));
+    }
+    return timing_of(std::move(seconds));
+}
+
+Result measure(const Task& task, const std::string& device, int threads, const Repeats& repeats) {
+    const Timing timing = time_runs(task.run, repeats);
+    Result result;
+    result.device = device;
+    result.work = task.work;
+    result.model = task.model;
+    result.threads = threads;
+    result.samples_per_second = task.samples / timing.median;
+    result.spread = timing.spread;
+    result.bytes_per_sample = task.bytes_per_sample;
+    result.working_set = task.working_set;
+    result.calls = task.calls;
+    if (task.answer)
+        result.answer = task.answer();
+    return result;
+}
+
+double Peaks::bytes_per_second(double bytes) const {
+    // Linear in the logarithm of the size.
+    for (std::size_t i = 1; i < reading.size(); ++i)
+        if (bytes < reading[i].bytes) {
+            const Reading &a = reading[i - 1], &b = reading[i];
+            const double share =
+                std::clamp(std::log(bytes / a.bytes) / std::log(b.bytes / a.bytes), 0.0, 1.0);
+            return a.bytes_per_second + share * (b.bytes_per_second - a.bytes_per_second);
+        }
+    return reading.back().bytes_per_second;
+}
+
+double Peaks::memory_share(const Result& result) const {
+    return result.samples_per_second * result.bytes_per_sample /
+           bytes_per_second(result.working_set);
+}
+
+double Peaks::calls_share(const Result& result) const {
+    return result.samples_per_second *
+           (result.calls.exp / exp_per_second + result.calls.log / log_per_second);
+}
+
+const char* Peaks::binds(const Result& result) const {
+    constexpr double most_of_it = 0.5;
+    const double memory = memory_share(result), calls = calls_share(result);
+    if (std::max(memory, calls) < most_of_it)
+        return "other";
+    return memory >= calls ? "memory" : "exp, log";
+}
+
+nlohmann::ordered_json to_json(const Result& result, const Peaks* peaks) {
     nlohmann::ordered_json json = {{"device", result.device},
                                    {"work", result.work},
                                    {"model", result.model},
                                    {"threads", result.threads},
                                    {"samples_per_second", result.samples_per_second},
                                    {"spread", result.spread},
-                                   {"bytes_per_sample", result.bytes_per_sample},
                                    {"difference", result.difference}};
-    if (with_answer)
-        json["answer"] = {{"error", result.answer.error}, {"gradient", result.answer.gradient}};
+    if (result.bytes_per_sample > 0) {
+        json["bytes_per_sample"] = result.bytes_per_sample;
+        json["gigabytes_per_second"] = result.samples_per_second * result.bytes_per_sample / 1e9;
+    }
+    if (peaks != nullptr) {
+        json["exp_per_sample"] = result.calls.exp;
+        json["log_per_sample"] = result.calls.log;
+        json["memory_share"] = peaks->memory_share(result);
+        json["exp_log_share"] = peaks->calls_share(result);
+        json["binds"] = peaks->binds(result);
+    }
     return json;
 }
 
-Result result_from_json(const nlohmann::ordered_json& json) {
-    Result result;
-    result.device = json.at("device");
-    result.work = json.at("work");
-    result.model = json.at("model");
-    result.threads = json.at("threads");
-    result.samples_per_second = json.at("samples_per_second");
-    result.spread = json.at("spread");
-    result.bytes_per_sample = json.at("bytes_per_sample");
-    result.answer.error = json.at("answer").at("error");
-    result.answer.gradient = json.at("answer").at("gradient").get<std::vector<double>>();
-    return result;
+nlohmann::ordered_json to_json(const Peaks& peaks) {
+    nlohmann::ordered_json reading = nlohmann::ordered_json::array();
+    for (const Peaks::Reading& r : peaks.reading)
+        reading.push_back({{"bytes", r.bytes}, {"bytes_per_second", r.bytes_per_second}});
+    return {{"device", peaks.device},
+            {"threads", peaks.threads},
+            {"exp_per_second", peaks.exp_per_second},
+            {"log_per_second", peaks.log_per_second},
+            {"reading", reading}};
 }
 
-Structure structure_of(const Material& material) {
-    Structure structure;
-    structure.diffuse = material.diffuse;
-    structure.isotropic = material.isotropic();
-    for (const Lobe& lobe : material.lobes)
-        structure.lobes.push_back(lobe.model);
-    return structure;
+nlohmann::ordered_json to_message(const Measured& measured) {
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array(),
+                           peaks = nlohmann::ordered_json::array();
+    for (const Result& r : measured.results)
+        rows.push_back({r.device, r.work, r.model, r.threads, r.samples_per_second, r.spread,
+                        r.bytes_per_sample, r.working_set, r.calls.exp, r.calls.log, r.answer});
+    for (const Peaks& p : measured.peaks)
+        peaks.push_back(to_json(p));
+    return {{"rows", rows}, {"peaks", peaks}};
 }
 
-Samples samples_of(const Device& device, const Problem& problem, std::size_t most) {
-    const char* const source = "the benchmark's material";
-    Samples samples =
-        synthesise_merl(device, parse_material(problem.material, source), noise, seed, source);
-    samples.source = source;
-    const std::size_t valid = samples.valid_count();
-    const std::size_t step = most == 0 ? 1 : std::max<std::size_t>(valid / most, 1);
-    for (std::size_t k = 0, n = 0; k < samples.count(); ++k)
-        if (samples.valid[k] != 0 && n++ % step != 0)
-            samples.valid[k] = 0;
-    return samples;
-}
-
-std::string kernel_hash() {
-    std::string text;
-    for (const EmbeddedFile* file = embedded_kernels; file->name != nullptr; ++file)
-        text += std::string(file->name) + '\n' + kernel_source(file->name) + '\n';
-    return sha256(text);
+Measured measured_from_message(const nlohmann::ordered_json& json) {
+    Measured measured;
+    for (const auto& row : json.at("rows")) {
+        Result r;
+        r.device = row.at(0);
+        r.work = row.at(1);
+        r.model = row.at(2);
+        r.threads = row.at(3);
+        r.samples_per_second = row.at(4);
+        r.spread = row.at(5);
+        r.bytes_per_sample = row.at(6);
+        r.working_set = row.at(7);
+        r.calls = {row.at(8), row.at(9)};
+        r.answer = row.at(10).get<Answer>();
+        measured.results.push_back(std::move(r));
+    }
+    for (const auto& p : json.at("peaks")) {
+        Peaks peaks{
+            p.at("device"), p.at("threads"), p.at("exp_per_second"), p.at("log_per_second"), {}};
+        for (const auto& r : p.at("reading"))
+            peaks.reading.push_back({r.at("bytes"), r.at("bytes_per_second")});
+        measured.peaks.push_back(std::move(peaks));
+    }
+    return measured;
 }
 
 std::string processor_name() {

@@ -1,89 +1,125 @@
 #pragma once
 
-#include "host/device/program.hpp"
-#include "host/measured/samples.hpp"
-
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace brdfit::bench {
 
-/// Data to measure on and a model to measure: a material, synthesised with noise on MERL's grid and
-/// then evaluated at another theta, where neither error nor gradient vanishes.
-struct Problem {
-    std::string material; ///< text of a material file
-    std::vector<double> theta;
-};
-/// The models measured. Adding one is adding an entry; answers are checked, and ratios given, where
-/// native.hpp knows the model.
-const std::vector<Problem>& problems();
-
-/// One evaluation as a fit does it: the mean squared error at theta with the best non-negative kd
-/// and ks, and its gradient by theta where asked for.
+/// A kind of work that is measured for every model. Adding one: an entry here, and what does it in
+/// device_tasks() and, where float64 can tell the answer, scalar_tasks().
 struct Work {
     const char* name;
-    bool gradient;
+    const char* what; ///< for people
+    double tolerance; ///< an answer further than this from float64's is wrong
 };
-inline constexpr Work works[] = {{"error", false}, {"error-gradient", true}};
+inline constexpr Work works[] = {
+    {"eval", "f of three channels at pairs of directions in the device's memory, stored there",
+     1e-4},
+    {"error", "a fit's error at given shapes, with the best kd and ks", 1e-4},
+    {"sums", "all sums of a Gauss-Newton step, for given shapes, kd and ks; some cancel", 1e-3},
+    {"error-gradient", "error and its derivatives by the shapes, one evaluation of a fit", 1e-4},
+    {"search", "the sums of a batch of candidates; samples count once for each candidate", 1e-4},
+    {"sample", "a light direction with density and weights, drawn for a viewer at 45 degrees",
+     2e-3},
+};
+/// The work of that name, or nullptr.
+const Work* find_work(const std::string& name);
 
-struct Answer {
-    double error = 0; ///< mean squared error, metric ngan
-    std::vector<double> gradient;
-};
-/// The largest relative difference of the error and of each derivative; a NaN is infinitely far.
+/// What a run computed, as numbers that depend on every sample.
+using Answer = std::vector<double>;
+/// The largest relative difference, of values below a hundredth of the first as a share of that
+/// hundredth; infinite for a NaN and for answers of different lengths.
 double difference(const Answer& a, const Answer& reference);
 
-/// Seconds of repeated runs: the median, and the distance of the quartiles as a fraction of it.
+/// Seconds of repeated runs: the median, the distance of the quartiles as a fraction of it, and the
+/// least.
 struct Timing {
-    double median, spread;
+    double median, spread, best;
 };
 Timing timing_of(std::vector<double> seconds);
 
-/// Times `body` after a warm-up, which also compiles kernels and finds a solution to sum about.
-template <typename Body>
-Timing time_runs(Body body) {
-    constexpr std::size_t fewest = 7, most = 200;
-    constexpr double enough = 0.6;
-    using Clock = std::chrono::steady_clock;
-    const auto since = [](Clock::time_point start) {
-        return std::chrono::duration<double>(Clock::now() - start).count();
-    };
-    for (int warm_up = 0; warm_up < 3; ++warm_up)
-        body();
-    std::vector<double> seconds;
-    const auto begin = Clock::now();
-    while (seconds.size() < fewest || (seconds.size() < most && since(begin) < enough)) {
-        const auto start = Clock::now();
-        body();
-        seconds.push_back(since(start));
-    }
-    return timing_of(std::move(seconds));
-}
+/// How often runs are repeated: at least `fewest` times and for `seconds`, after `warm_ups` runs
+/// that do not count (they compile kernels and find a solution to sum about).
+struct Repeats {
+    int warm_ups = 2;
+    std::size_t fewest = 5, most = 60;
+    double seconds = 0.12;
+};
+Timing time_runs(const std::function<void()>& body, const Repeats& repeats = {});
 
-/// A row of the table.
+/// Calls of the functions whose throughput may bind, a sample.
+struct Calls {
+    double exp = 0, log = 0;
+};
+
+/// Something that can be run again and again.
+struct Task {
+    std::string work, model;
+    std::function<void()> run;
+    std::function<Answer()> answer; ///< of the last run; null where nothing is compared
+    double samples = 0;             ///< a run handles
+    double bytes_per_sample = 0;    ///< read and written
+    double working_set = 0;         ///< bytes that a run goes through
+    Calls calls = {};
+};
+
+/// A row of the results.
 struct Result {
     std::string device, work, model;
     int threads = 1; ///< of the processor; compute units of a GPU
     double samples_per_second = 0;
     double spread = 0; ///< distance of the quartiles of the runs, as a fraction of their median
-    double bytes_per_sample = 0;
+    double bytes_per_sample = 0, working_set = 0;
+    Calls calls;
     Answer answer;
-    double difference = 0; ///< of the answer from the baseline's
+    double difference = 0; ///< of the answer from float64's
 };
-nlohmann::ordered_json to_json(const Result& result, bool with_answer);
-/// What to_json wrote with the answer. Throws nlohmann's exceptions for anything else.
-Result result_from_json(const nlohmann::ordered_json& json);
+Result measure(const Task& task, const std::string& device, int threads,
+               const Repeats& repeats = {});
 
-Structure structure_of(const Material& material);
-/// The problem's noisy samples; valid are those above the horizon, or about `most` of them, evenly
-/// spaced, where `most` is not 0.
-Samples samples_of(const Device& device, const Problem& problem, std::size_t most);
+/// What a device does at most, measured by kernels that do nothing else.
+struct Peaks {
+    std::string device;
+    int threads = 1;
+    double exp_per_second = 0, log_per_second = 0;
+    /// Reading memory: bytes a second of buffers of so many bytes, caches included; ascending.
+    struct Reading {
+        double bytes, bytes_per_second;
+    };
+    std::vector<Reading> reading;
+    /// For a working set of so many bytes.
+    double bytes_per_second(double bytes) const;
+    /// Shares of these that a result takes.
+    double memory_share(const Result& result) const;
+    double calls_share(const Result& result) const;
+    /// "memory", "exp, log" or "other" (arithmetic): what takes most of the time.
+    const char* binds(const Result& result) const;
+};
 
-/// Hash of the sources of all kernels, those used while developing included.
-std::string kernel_hash();
+/// How long programs take to build: from nothing, and with the driver's cache of binaries.
+struct CompileTime {
+    std::string device, model;
+    Timing cold, warm;
+};
+
+/// A row without its answer, as in the file that --json writes; `peaks` may be null.
+nlohmann::ordered_json to_json(const Result& result, const Peaks* peaks);
+nlohmann::ordered_json to_json(const Peaks& peaks);
+/// Rows and peaks with answers, for the run that started this one; and back. Throws nlohmann's
+/// exceptions for anything else.
+struct Measured {
+    std::vector<Result> results;
+    std::vector<Peaks> peaks;
+};
+nlohmann::ordered_json to_message(const Measured& measured);
+Measured measured_from_message(const nlohmann::ordered_json& json);
+
 /// The processor's name, "unknown" where the system does not say.
 std::string processor_name();
 

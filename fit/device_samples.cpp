@@ -45,11 +45,18 @@ void upload_used(const Device& device, const Samples& samples, Metric metric,
     packed.index = upload(device, index);
     std::vector<float> values(packed.stride *
                               static_cast<std::size_t>(packed.chunk * packed.chunks));
+    // As VALUE_AT of kernels/fit.cl: on a CPU, vectors of a chunk's channels one after the other.
+    const bool together = device.form.local_size == 1;
+    const auto width = static_cast<std::size_t>(device.form.vector_width);
+    const auto chunk = static_cast<std::size_t>(packed.chunk);
     for (std::size_t ch = 0; ch < samples.channels.size(); ++ch) {
         const float* const from = samples.channel(ch);
-        float* const to = values.data() + ch * packed.stride;
+        float* const to =
+            values.data() + (together ? ch / chunk * chunk * packed.stride + ch % chunk * width
+                                      : ch * packed.stride);
+        const std::size_t step = together ? chunk * width : width;
         for (std::size_t k = 0; k < used.size(); ++k)
-            to[k] = from[used[k]];
+            to[k / width * step + k % width] = from[used[k]];
     }
     packed.values = upload(device, values);
     std::vector<float> solid_angle(packed.stride), iz(packed.stride);

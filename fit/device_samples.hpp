@@ -36,7 +36,7 @@ struct DeviceSamples {
     std::size_t pairs = 0; ///< of the file's directions
     cl::Buffer directions; ///< the file's, [plane][pair]
     cl::Buffer index;      ///< [stride] into the pairs; the padding repeats the last
-    cl::Buffer values;     ///< [channel][stride]
+    cl::Buffer values;     ///< of the channels, in the order of VALUE_AT of kernels/fit.cl
     cl::Buffer weights; ///< W of the quadratic part of the metric: w iz^2 or iz^2; 0 in the padding
     cl::Buffer solid_angle; ///< w, mean 1
     cl::Buffer iz;          ///< cosine of wi

@@ -263,7 +263,8 @@ std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structur
     for (const Model* lobe : structure.lobes)
         single.push_back(
             &thinned_objective(Structure{structure.diffuse, {lobe}, structure.isotropic}));
-    return search_shapes(device_, programs_.gram(), single, space, partial,
+    const GramProgram gram = [this]() -> const cl::Program& { return programs_.gram(); };
+    return search_shapes(device_, gram, single, space, partial,
                          structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts);
 }
 
@@ -387,7 +388,8 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     for (const Model* lobe : structure.lobes)
         programs_.get({structure.diffuse, {lobe}, structure.isotropic}, packed_.channels,
                       packed_.chunk);
-    programs_.gram();
+    if (structure.lobes.size() > 1)
+        programs_.gram();
     fit.build_seconds = seconds_since(started);
     started = std::chrono::steady_clock::now();
     std::vector<Solution> finalists;

@@ -71,16 +71,13 @@ Objective::Objective(const Device& device, std::shared_ptr<const FitProgram> pro
     coefficients_ = reference_;
 
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    const auto local = static_cast<std::size_t>(device_.form.local_size);
     cl::Kernel& prepare = kernel("prepare");
     prepare.setArg(0, samples_.directions);
     prepare.setArg(1, static_cast<cl_uint>(samples_.pairs));
     prepare.setArg(2, samples_.index);
     prepare.setArg(3, planes_);
     prepare.setArg(4, static_cast<cl_uint>(samples_.stride / width));
-    device_.queue.enqueueNDRangeKernel(prepare, cl::NullRange,
-                                       cl::NDRange(padded(samples_.stride / width, local)),
-                                       cl::NDRange(local));
+    enqueue_runs(device_, prepare, samples_.stride / width);
     device_.queue.finish();
 }
 
@@ -263,17 +260,16 @@ void Objective::compress(Metric metric) {
     if (compressed_for_ == metric)
         return;
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    const auto local = static_cast<std::size_t>(device_.form.local_size);
     if (!compressed_for_)
-        compressed_ = make_buffer(device_, static_cast<std::size_t>(samples_.channels) *
-                                               samples_.stride * sizeof(float));
+        compressed_ =
+            make_buffer(device_, static_cast<std::size_t>(samples_.chunk * samples_.chunks) *
+                                     samples_.stride * sizeof(float));
     cl::Kernel& k = kernel(metric == Metric::Log ? "log_compress" : "cbrt_compress");
     k.setArg(0, samples_.values);
     k.setArg(1, samples_.iz);
     k.setArg(2, static_cast<cl_uint>(samples_.stride / width));
     k.setArg(3, compressed_);
-    device_.queue.enqueueNDRangeKernel(
-        k, cl::NullRange, cl::NDRange(padded(samples_.stride / width, local)), cl::NDRange(local));
+    enqueue_runs(device_, k, samples_.stride / width);
     compressed_for_ = metric;
 }
 
@@ -430,54 +426,6 @@ NormalSums Objective::normal_sums(const std::vector<double>& theta, const Coeffi
                 reduced.sums(gradient_sums + k, 0);
     normal.squared_error = reduced.sums.row(basis_sums - 1).sum();
     return normal;
-}
-
-void Objective::write_fixed_rows(const cl::Buffer& rows) {
-    const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    const auto local = static_cast<std::size_t>(device_.form.local_size);
-    // Coupled shapes scale with 1 - f0: f0 = 0 stands for all.
-    upload_parameters(std::vector<double>(layout().parameters.size(), 0.0), reference_);
-    cl::Kernel& k = kernel("fixed_rows");
-    k.setArg(0, planes_);
-    k.setArg(1, samples_.values);
-    k.setArg(2, samples_.weights);
-    k.setArg(3, static_cast<cl_uint>(samples_.stride / width));
-    k.setArg(4, theta_);
-    k.setArg(5, rows);
-    device_.queue.enqueueNDRangeKernel(
-        k, cl::NullRange, cl::NDRange(padded(samples_.stride / width, local)), cl::NDRange(local));
-    device_.queue.finish();
-}
-
-void Objective::write_shape_rows(const cl::Buffer& rows, std::size_t first,
-                                 const std::vector<std::vector<double>>& candidates) {
-    if (candidates.empty())
-        return;
-    const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    const auto local = static_cast<std::size_t>(device_.form.local_size);
-    const std::size_t parameters = candidates.front().size();
-    // A constant buffer holds at least 64 KiB.
-    const std::size_t batch =
-        (std::size_t{1} << 16) / sizeof(float) / std::max<std::size_t>(parameters, 1);
-    cl::Kernel& k = kernel("shape_rows");
-    for (std::size_t begin = 0; begin < candidates.size(); begin += batch) {
-        const std::size_t end = std::min(begin + batch, candidates.size());
-        std::vector<float> theta;
-        for (std::size_t n = begin; n < end; ++n)
-            theta.insert(theta.end(), candidates[n].begin(), candidates[n].end());
-        const cl::Buffer theta_buffer = upload(device_, theta);
-        k.setArg(0, planes_);
-        k.setArg(1, samples_.weights);
-        k.setArg(2, static_cast<cl_uint>(samples_.stride / width));
-        k.setArg(3, theta_buffer);
-        k.setArg(4, static_cast<cl_int>(parameters));
-        k.setArg(5, static_cast<cl_uint>(first + begin));
-        k.setArg(6, rows);
-        device_.queue.enqueueNDRangeKernel(
-            k, cl::NullRange, cl::NDRange(padded(samples_.stride / width, local), end - begin),
-            cl::NDRange(local, 1));
-        device_.queue.finish();
-    }
 }
 
 } // namespace brdfit

@@ -60,6 +60,19 @@ struct NormalSums {
     double squared_error = 0;
 };
 
+/// Inner products, divided by the norm, of a candidate's shape s and its slope t by f0 (0 where the
+/// model has none) with themselves, the diffuse shape b and the channels y, with weights W.
+struct ShapeSums {
+    double ss, sb, st, tt, tb;
+    std::vector<double> sy, ty;
+};
+/// The same of what no candidate changes: the diffuse shape (a coupled one at f0 = 0), the
+/// channels.
+struct FixedSums {
+    double bb, yy; ///< yy: of all channels together
+    std::vector<double> by;
+};
+
 /// The mean squared error of one structure on one set of packed samples, as OpenCL passes over
 /// them.
 class Objective {
@@ -95,6 +108,10 @@ class Objective {
 
     NormalSums normal_sums(const std::vector<double>& theta, const Coefficients& a);
 
+    /// Sums for the global search over one lobe, of each candidate theta, in one batched pass.
+    std::vector<ShapeSums> shape_sums(const std::vector<std::vector<double>>& candidates);
+    FixedSums fixed_sums();
+
     /// Rows for the global search, each times sqrt(W): to rows[0..channels], the channels and the
     /// diffuse shape (a coupled one at f0 = 0).
     void write_fixed_rows(const cl::Buffer& rows);
@@ -128,6 +145,7 @@ class Objective {
     void compress(Metric metric);
     LossSums loss_sums(Metric metric, const std::vector<double>& theta, const Coefficients& a,
                        bool secant);
+    std::size_t candidates_a_batch() const;
     void upload_parameters(const std::vector<double>& theta, const Coefficients& a);
     double solve(const Eigen::ArrayXXd& sums, Coefficients& a) const;
 
@@ -136,7 +154,7 @@ class Objective {
     DeviceSamples samples_;
     cl::Buffer planes_, theta_, coefficient_buffer_, out_;
     std::size_t out_size_ = 0;
-    cl::Buffer compressed_; // phi(iz y) of a metric that is not quadratic: [channel][stride]
+    cl::Buffer compressed_; // phi(iz y) of a metric that is not quadratic, as samples_.values
     std::optional<Metric> compressed_for_;
     std::vector<std::pair<const char*, cl::Kernel>> kernels_;
     std::vector<float> staged_theta_, staged_coefficients_, staged_out_;

@@ -50,7 +50,7 @@ struct Columns {
 
 class Search {
   public:
-    Search(const Device& device, const cl::Program& gram_program,
+    Search(const Device& device, const GramProgram& gram_program,
            const std::vector<Objective*>& single, const Space& space,
            const std::vector<PartialFit>& partial);
     std::vector<StartingPoint> best(std::size_t count) const;
@@ -59,6 +59,7 @@ class Search {
     int add_shape(Shape shape, bool mixed);
     void fill_gram(const Device& device, const cl::Program& gram_program,
                    const std::vector<Objective*>& single);
+    void fill_gram_of_one_lobe(Objective& objective);
     double inner(const Column& a, const Column& b) const;
     double solve(const Columns& columns, SmallVector& strengths) const;
     double relaxed(Combination& combination, unsigned added) const;
@@ -120,7 +121,7 @@ std::vector<std::vector<double>> axes_of(const Space& lobe) {
     return axes;
 }
 
-Search::Search(const Device& device, const cl::Program& gram_program,
+Search::Search(const Device& device, const GramProgram& gram_program,
                const std::vector<Objective*>& single, const Space& space,
                const std::vector<PartialFit>& partial)
     : channels_(single.front()->samples().channels), norm_(single.front()->samples().norm()) {
@@ -187,7 +188,10 @@ Search::Search(const Device& device, const cl::Program& gram_program,
         }
         given_.push_back(combination);
     }
-    fill_gram(device, gram_program, single);
+    if (single.size() == 1)
+        fill_gram_of_one_lobe(*single.front());
+    else
+        fill_gram(device, gram_program(), single);
 }
 
 int Search::add_shape(Shape shape, bool mixed) {
@@ -245,6 +249,39 @@ void Search::fill_gram(const Device& device, const cl::Program& gram_program,
                 sum += sums[(at * samples.groups + g) * tile * tile + within];
             gram_(i, j) = gram_(j, i) = sum / norm_;
         }
+}
+
+// Combinations of one lobe need no products of two shapes: the others stay 0.
+void Search::fill_gram_of_one_lobe(Objective& objective) {
+    std::vector<std::vector<double>> candidates;
+    for (const Shape& shape : shapes_)
+        candidates.push_back(shape.theta);
+    const FixedSums fixed = objective.fixed_sums();
+    const std::vector<ShapeSums> sums = objective.shape_sums(candidates);
+    gram_ = Eigen::MatrixXd::Zero(rows_, rows_);
+    const auto set = [&](int i, int j, double value) { gram_(i, j) = gram_(j, i) = value; };
+    set(channels_, channels_, fixed.bb);
+    for (int ch = 0; ch < channels_; ++ch) {
+        set(ch, ch, fixed.yy / channels_);
+        set(ch, channels_, fixed.by[static_cast<std::size_t>(ch)]);
+    }
+    for (std::size_t n = 0; n < shapes_.size(); ++n) {
+        const ShapeSums& s = sums[n];
+        const Shape& shape = shapes_[n];
+        // The row at the highest f0 is s + step t.
+        const double step =
+            shape.mixed() ? spaces_[0].dimensions()[0].parameter.upper - shape.theta[0] : 0;
+        set(shape.low_row, shape.low_row, s.ss);
+        set(shape.low_row, shape.high_row, s.ss + step * s.st);
+        set(shape.high_row, shape.high_row, s.ss + step * (2 * s.st + step * s.tt));
+        set(shape.low_row, channels_, s.sb);
+        set(shape.high_row, channels_, s.sb + step * s.tb);
+        for (int ch = 0; ch < channels_; ++ch) {
+            const auto c = static_cast<std::size_t>(ch);
+            set(shape.low_row, ch, s.sy[c]);
+            set(shape.high_row, ch, s.sy[c] + step * s.ty[c]);
+        }
+    }
 }
 
 double Search::inner(const Column& a, const Column& b) const {
@@ -453,7 +490,7 @@ std::vector<StartingPoint> Search::best(std::size_t count) const {
 
 } // namespace
 
-std::vector<StartingPoint> search_shapes(const Device& device, const cl::Program& gram_program,
+std::vector<StartingPoint> search_shapes(const Device& device, const GramProgram& gram_program,
                                          const std::vector<Objective*>& single, const Space& space,
                                          const std::vector<PartialFit>& partial,
                                          std::size_t count) {

@@ -11,8 +11,9 @@ namespace {
 
 // A parameter this close to the end of its range, as a share of it, ended at a bound.
 constexpr double bound_share = 1e-6;
-// Directions of less curvature than this share of what each parameter has alone are not determined.
-constexpr double undetermined = 1e-9;
+// Directions of less curvature than this share of what each parameter has alone are not determined:
+// sums of float32 products tell no less.
+constexpr double undetermined = 3e-7;
 // kd and ks below this share of the largest are 0, as optimisers leave it.
 constexpr double nothing_share = 1e-9;
 

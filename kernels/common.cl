@@ -1,6 +1,7 @@
 // Written once for every device. The host defines, before this text:
 //   V    samples a work-item handles at once (16 on a CPU, 1 on a GPU)
 //   LS   work-items a group (1 on a CPU)
+//   RUN  vectors a work-item handles one after the other where there is nothing to sum (1 on a GPU)
 // Samples lie in planes of `real`, padded to whole blocks; the padding has weight 0.
 
 #define JOIN_(a, b) a##b
@@ -21,6 +22,10 @@ typedef JOIN(int, V) mask;
 #else
 #define PARAMETER_SPACE __constant
 #endif
+
+// For kernels whose work-items do not need each other: i is every vector below `count` of the item's run.
+#define FOR_EACH_OF_RUN(i, count)                                                                  \
+    for (uint i = get_global_id(0) * RUN, end_ = min(i + RUN, (uint)(count)); i < end_; ++i)
 
 #define PI 3.14159265358979f
 

@@ -19,17 +19,17 @@ static inline mask basis_at(__global const real* directions, uint count, uint i,
 __kernel void evaluate(__global const real* directions, uint count, PARAMETER_SPACE const float* theta,
                        __global const float* coefficients, int channels, __global real* values)
 {
-    const uint i = get_global_id(0);
-    if (i >= count)
-        return;
-    real b[BASIS], d[ENTRIES + 1];
-    const mask above = basis_at(directions, count, i, theta, b, d);
-    for (int ch = 0; ch < channels; ++ch) {
-        real f = 0.0f;
-        for (int j = 0; j < BASIS; ++j)
-            // 0 * inf must be 0: an unused term adds nothing.
-            f += coefficients[ch * BASIS + j] * fmin(b[j], (real)(FLT_MAX));
-        values[(ulong)ch * count + i] = finite_above(f, above);
+    FOR_EACH_OF_RUN(i, count)
+    {
+        real b[BASIS], d[ENTRIES + 1];
+        const mask above = basis_at(directions, count, i, theta, b, d);
+        for (int ch = 0; ch < channels; ++ch) {
+            real f = 0.0f;
+            for (int j = 0; j < BASIS; ++j)
+                // 0 * inf must be 0: an unused term adds nothing.
+                f += coefficients[ch * BASIS + j] * fmin(b[j], (real)(FLT_MAX));
+            values[(ulong)ch * count + i] = finite_above(f, above);
+        }
     }
 }
 
@@ -37,13 +37,13 @@ __kernel void evaluate(__global const real* directions, uint count, PARAMETER_SP
 __kernel void evaluate_basis(__global const real* directions, uint count,
                              PARAMETER_SPACE const float* theta, __global real* out)
 {
-    const uint i = get_global_id(0);
-    if (i >= count)
-        return;
-    real b[BASIS], d[ENTRIES + 1];
-    const mask above = basis_at(directions, count, i, theta, b, d);
-    for (int j = 0; j < BASIS; ++j)
-        out[(ulong)j * count + i] = finite_above(b[j], above);
-    for (int e = 0; e < ENTRIES; ++e)
-        out[(ulong)(BASIS + e) * count + i] = above ? d[e] : (real)(0.0f);
+    FOR_EACH_OF_RUN(i, count)
+    {
+        real b[BASIS], d[ENTRIES + 1];
+        const mask above = basis_at(directions, count, i, theta, b, d);
+        for (int j = 0; j < BASIS; ++j)
+            out[(ulong)j * count + i] = finite_above(b[j], above);
+        for (int e = 0; e < ENTRIES; ++e)
+            out[(ulong)(BASIS + e) * count + i] = above ? d[e] : (real)(0.0f);
+    }
 }

@@ -8,31 +8,41 @@
 // A group writes its sums in float32 (a block is small enough for 1e-6); the host adds the groups in
 // order in float64, so that results repeat bit for bit.
 
+// Plane p and channel ch of sample i: on a CPU a sample's planes lie together, and its channels by
+// chunks, so that few prefetchers follow few streams; on a GPU neighbouring items read neighbouring samples.
+#if LS == 1
+#define PLANE_AT(stride, i, p) ((ulong)(i) * PLANES + (p))
+#define VALUE_AT(stride, i, ch) (((ulong)((ch) / CHUNK) * (stride) + (i)) * CHUNK + (ch) % CHUNK)
+#else
+#define PLANE_AT(stride, i, p) ((ulong)(p) * (stride) + (i))
+#define VALUE_AT(stride, i, ch) ((ulong)(ch) * (stride) + (i))
+#endif
+
 __constant const int entry_basis[ENTRIES + 1] = ENTRY_BASIS;
 
 // Fills the models' planes for the samples that `index` picks from the directions of a file.
 __kernel void prepare(__global const float* directions, uint pairs, __global const uint* index,
                       __global real* planes, uint stride)
 {
-    const uint i = get_global_id(0);
-    if (i >= stride)
-        return;
-    real direction[DIRECTION_PLANES];
-    for (int lane = 0; lane < V; ++lane) {
-        const uint k = index[i * V + lane];
-        for (int p = 0; p < DIRECTION_PLANES; ++p)
-            ((float*)direction)[p * V + lane] = directions[(ulong)p * pairs + k];
+    FOR_EACH_OF_RUN(i, stride)
+    {
+        real direction[DIRECTION_PLANES];
+        for (int lane = 0; lane < V; ++lane) {
+            const uint k = index[i * V + lane];
+            for (int p = 0; p < DIRECTION_PLANES; ++p)
+                ((float*)direction)[p * V + lane] = directions[(ulong)p * pairs + k];
+        }
+        real plane[PLANES + 1];
+        material_prepare(geometry_of(direction), plane);
+        for (int p = 0; p < PLANES; ++p)
+            planes[PLANE_AT(stride, i, p)] = plane[p];
     }
-    real plane[PLANES + 1];
-    material_prepare(geometry_of(direction), plane);
-    for (int p = 0; p < PLANES; ++p)
-        planes[(ulong)p * stride + i] = plane[p];
 }
 
 static inline void read_planes(__global const real* planes, uint stride, uint i, real* plane)
 {
     for (int p = 0; p < PLANES; ++p)
-        plane[p] = planes[p * stride + i];
+        plane[p] = planes[PLANE_AT(stride, i, p)];
 }
 
 // The sums of variable projection over the extended basis {b_j, derivative entries d_e}, with
@@ -55,7 +65,6 @@ static inline void read_planes(__global const real* planes, uint stride, uint i,
         __local float scratch[LS];                                                                 \
         const uint chunk = get_group_id(1);                                                        \
         __global const float* a = coefficients + chunk * CHUNK * BASIS;                          \
-        __global const real* y = values + (ulong)chunk * CHUNK * stride;                           \
         const uint begin = get_group_id(0) * BLOCK;                                                \
         real sum[COUNT];                                                                           \
         _Pragma("unroll") for (int k = 0; k < COUNT; ++k) sum[k] = 0.0f;                           \
@@ -66,7 +75,7 @@ static inline void read_planes(__global const real* planes, uint stride, uint i,
             material_basis(plane, theta, b, d);                                                    \
             _Pragma("unroll") for (int ch = 0; ch < CHUNK; ++ch)                                   \
             {                                                                                      \
-                r[ch] = y[ch * stride + i];                                                        \
+                r[ch] = values[VALUE_AT(stride, i, chunk * CHUNK + ch)];                           \
                 _Pragma("unroll") for (int j = 0; j < BASIS; ++j) r[ch] -= a[ch * BASIS + j] * b[j]; \
             }                                                                                      \
             int k = 0;                                                                             \
@@ -126,7 +135,7 @@ residual_gradient(__global const real* planes, __global const real* values,
         for (int j = 0; j < BASIS; ++j)
             pull[j] = 0.0f;
         for (int ch = 0; ch < CHANNELS; ++ch) {
-            real r = values[(ulong)ch * stride + i];
+            real r = values[VALUE_AT(stride, i, ch)];
 #pragma unroll
             for (int j = 0; j < BASIS; ++j)
                 r -= coefficients[ch * BASIS + j] * b[j];
@@ -170,12 +179,11 @@ inline real compressed_cbrt(real x, real* slope)
     __kernel void NAME(__global const real* values, __global const real* iz, uint stride,         \
                        __global real* compressed)                                                 \
     {                                                                                              \
-        const uint i = get_global_id(0);                                                           \
         real unused;                                                                               \
-        if (i < stride)                                                                            \
+        FOR_EACH_OF_RUN(i, stride)                                                                 \
             for (int ch = 0; ch < CHANNELS; ++ch)                                                  \
-                compressed[(ulong)ch * stride + i] =                                               \
-                    PHI(iz[i] * values[(ulong)ch * stride + i], &unused);                          \
+                compressed[VALUE_AT(stride, i, ch)] =                                               \
+                    PHI(iz[i] * values[VALUE_AT(stride, i, ch)], &unused);                          \
     }
 
 DEFINE_COMPRESS(log_compress, compressed_log)
@@ -236,7 +244,7 @@ inline real curvature_cbrt(real p, real q, real slope, int secant)
                 __global const float* a = coefficients + ch * BASIS;                             \
                 real f = 0.0f, slope;                                                              \
                 _Pragma("unroll") for (int j = 0; j < BASIS; ++j) f += a[j] * b[j];                \
-                const real q = compressed[(ulong)ch * stride + i];                                 \
+                const real q = compressed[VALUE_AT(stride, i, ch)];                                 \
                 const real p = PHI(cosine * f, &slope);                                            \
                 const real r = p - q;                                                              \
                 sum[k++] += w * r * r;                                                             \
@@ -285,7 +293,7 @@ metric_sums(__global const real* planes, __global const real* values,
         const real w = solid_angle[i];
         const real cosine = iz[i];
         for (int ch = 0; ch < CHANNELS; ++ch) {
-            const real y = values[(ulong)ch * stride + i];
+            const real y = values[VALUE_AT(stride, i, ch)];
             real f = 0.0f;
 #pragma unroll
             for (int j = 0; j < BASIS; ++j)
@@ -307,16 +315,16 @@ __kernel void fixed_rows(__global const real* planes, __global const real* value
                          __global const real* weights, uint stride, PARAMETER_SPACE const float* theta,
                          __global real* rows)
 {
-    const uint i = get_global_id(0);
-    if (i >= stride)
-        return;
-    real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
-    read_planes(planes, stride, i, plane);
-    material_basis(plane, theta, b, d);
-    const real root = sqrt(weights[i]);
-    for (int ch = 0; ch < CHANNELS; ++ch)
-        rows[(ulong)ch * stride + i] = root * values[(ulong)ch * stride + i];
-    rows[(ulong)CHANNELS * stride + i] = root * b[0];
+    FOR_EACH_OF_RUN(i, stride)
+    {
+        real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
+        read_planes(planes, stride, i, plane);
+        material_basis(plane, theta, b, d);
+        const real root = sqrt(weights[i]);
+        for (int ch = 0; ch < CHANNELS; ++ch)
+            rows[(ulong)ch * stride + i] = root * values[VALUE_AT(stride, i, ch)];
+        rows[(ulong)CHANNELS * stride + i] = root * b[0];
+    }
 }
 
 // Row first + n: the last lobe's shape at candidate n, times sqrt(W). theta: [candidate][parameters]
@@ -324,12 +332,69 @@ __kernel void shape_rows(__global const real* planes, __global const real* weigh
                          PARAMETER_SPACE const float* theta, int parameters, uint first,
                          __global real* rows)
 {
-    const uint i = get_global_id(0);
     const uint n = get_global_id(1);
-    if (i >= stride)
-        return;
-    real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
-    read_planes(planes, stride, i, plane);
-    material_basis(plane, theta + n * parameters, b, d);
-    rows[(ulong)(first + n) * stride + i] = sqrt(weights[i]) * b[BASIS - 1];
+    FOR_EACH_OF_RUN(i, stride)
+    {
+        real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
+        read_planes(planes, stride, i, plane);
+        material_basis(plane, theta + n * parameters, b, d);
+        rows[(ulong)(first + n) * stride + i] = sqrt(weights[i]) * b[BASIS - 1];
+    }
+}
+
+// For the global search over one lobe: sums of every candidate's shape s = b of the last lobe and, where
+// FRESNEL, of its slope t = ds/df0 (s is affine in f0, so that these tell every f0):
+//     W s^2 | W s b_0 [| W s t | W t^2 | W t b_0 | W t y_ch] | W s y_ch, y_ch the chunk's channels
+// b_0 is the diffuse shape at f0 = 0; theta: [candidate][parameters]. A work-item carries CANDIDATES of
+// them at once, so that a sample is read once for all. Group (tile, block, chunk) writes its tile's sums.
+#define SHAPE_SUMS (FRESNEL ? 5 + 2 * CHUNK : 2 + CHUNK)
+__kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void
+shape_sums(__global const real* planes, __global const real* values, __global const real* weights,
+           uint stride, PARAMETER_SPACE const float* theta, int parameters, uint count,
+           PARAMETER_SPACE const float* diffuse_theta, __global float* out)
+{
+    __local float scratch[LS];
+    const uint first = get_group_id(0) * CANDIDATES;
+    const uint begin = get_group_id(1) * BLOCK;
+    const uint chunk = get_group_id(2);
+    real sum[CANDIDATES * SHAPE_SUMS];
+#pragma unroll
+    for (int k = 0; k < CANDIDATES * SHAPE_SUMS; ++k)
+        sum[k] = 0.0f;
+    for (uint i = begin + get_local_id(0); i < begin + BLOCK; i += LS) {
+        real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], wy[CHUNK];
+        read_planes(planes, stride, i, plane);
+        const real w = weights[i];
+#pragma unroll
+        for (int ch = 0; ch < CHUNK; ++ch)
+            wy[ch] = w * values[VALUE_AT(stride, i, chunk * CHUNK + ch)];
+        material_basis(plane, diffuse_theta, b, d);
+        const real wb = w * b[0];
+#pragma unroll
+        for (int c = 0; c < CANDIDATES; ++c) {
+            real* const to = sum + c * SHAPE_SUMS;
+            material_basis(plane, theta + min(first + c, count - 1) * parameters, b, d);
+            const real s = b[BASIS - 1];
+            const real ws = w * s;
+            to[0] += ws * s;
+            to[1] += wb * s;
+            int k = 2;
+#if FRESNEL
+            const real t = d[LAST_LOBE];
+            to[2] += ws * t;
+            to[3] += w * t * t;
+            to[4] += wb * t;
+            k = 5;
+#pragma unroll
+            for (int ch = 0; ch < CHUNK; ++ch)
+                to[k++] += wy[ch] * t;
+#endif
+#pragma unroll
+            for (int ch = 0; ch < CHUNK; ++ch)
+                to[k++] += wy[ch] * s;
+        }
+    }
+    write_group_sums(sum, CANDIDATES * SHAPE_SUMS, scratch,
+                     out + (((ulong)chunk * get_num_groups(1) + get_group_id(1)) * get_num_groups(0) +
+                            get_group_id(0)) * (CANDIDATES * SHAPE_SUMS));
 }

@@ -26,11 +26,23 @@ static inline geometry geometry_of(const real* plane)
     return q;
 }
 
+// log(1 - lost) for lost < 1/2, exact also where 1 - lost rounds to 1 (Kahan: the rounding of the
+// difference is in both factors); otherwise log(x).
+static inline real log_one_minus(real lost, real x)
+{
+    const mask small = lost < 0.5f;
+    const real y = small ? 1.0f - lost : x;
+    const real rounded = 1.0f - y;
+    const real l = log(y);
+    return small ? (rounded > 0.0f ? l * (lost / rounded) : -lost) : l;
+}
+
 // log(h.z), exact near the pole where h.z rounds to 1.
 static inline real log_hz(geometry q)
 {
     const real s = q.h_x * q.h_x + q.h_y * q.h_y;
-    return s < 0.5f ? 0.5f * log1p(-s) : log(q.h_z);
+    const real l = log_one_minus(s, q.h_z);
+    return s < 0.5f ? 0.5f * l : l;
 }
 
 static inline real log_iz_oz(geometry q) { return log(q.wi_z) + log(q.wo_z); }

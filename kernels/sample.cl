@@ -76,58 +76,58 @@ __kernel void sample(float4 wo_, uint4 keys, int sobol, uint first, uint count,
                      __global const float* strengths, __global const float* coefficients, int channels,
                      __global real* out)
 {
-    const uint i = get_global_id(0);
-    if (i >= count)
-        return;
     float probability[BASIS];
     probabilities(table, strengths, wo_.x, wo_.y, wo_.z, probability);
-    const ureal index = first + i * V + lane_numbers();
-    ureal x[4] = {index, 0u, 0u, 0u};
-    if (sobol) {
-        x[0] = sobol_0(index, keys.x);
-        x[1] = sobol_1(index, keys.y);
-        x[2] = sobol_2(index, keys.z);
-    } else
-        philox(x, keys.x, keys.y);
-    const real u1 = unit_interval(x[0]);
-    const real u2 = unit_interval(x[1]);
-    const real choice = unit_interval(x[2]);
-
     const vector wo = {(real)(wo_.x), (real)(wo_.y), (real)(wo_.z)};
-    geometry q;
-    float passed = 0.0f;
-    bool drawn = false;
-#pragma unroll
-    for (int j = 0; j < BASIS; ++j) {
-        if (probability[j] > 0.0f) {
-            const geometry other = component_sample(j, wo, theta, u1, u2);
-            q = drawn ? selected(choice > passed, other, q) : other;
-            drawn = true;
-        }
-        passed += probability[j];
-    }
+    FOR_EACH_OF_RUN(i, count)
+    {
+        const ureal index = first + i * V + lane_numbers();
+        ureal x[4] = {index, 0u, 0u, 0u};
+        if (sobol) {
+            x[0] = sobol_0(index, keys.x);
+            x[1] = sobol_1(index, keys.y);
+            x[2] = sobol_2(index, keys.z);
+        } else
+            philox(x, keys.x, keys.y);
+        const real u1 = unit_interval(x[0]);
+        const real u2 = unit_interval(x[1]);
+        const real choice = unit_interval(x[2]);
 
-    const vector wi = {q.wi_x, q.wi_y, q.wi_z};
-    const mask above = q.wi_z > 0.0f && q.wo_z > 0.0f;
-    q = above_horizon(q, above);
-    real p[BASIS], plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
-    component_densities(q, theta, p);
-    real pdf = 0.0f;
-    for (int j = 0; j < BASIS; ++j)
-        pdf += probability[j] * fmin(p[j], (real)(FLT_MAX));
-    pdf = finite_above(pdf, above);
-    out[i] = wi.x;
-    out[i + count] = wi.y;
-    out[i + 2 * (ulong)count] = wi.z;
-    out[i + 3 * (ulong)count] = pdf;
-    material_prepare(q, plane);
-    material_basis(plane, theta, b, d);
-    const real scale = pdf > 0.0f ? q.wi_z / pdf : (real)(0.0f);
-    for (int ch = 0; ch < channels; ++ch) {
-        real f = 0.0f;
+        geometry q;
+        float passed = 0.0f;
+        bool drawn = false;
+#pragma unroll
+        for (int j = 0; j < BASIS; ++j) {
+            if (probability[j] > 0.0f) {
+                const geometry other = component_sample(j, wo, theta, u1, u2);
+                q = drawn ? selected(choice > passed, other, q) : other;
+                drawn = true;
+            }
+            passed += probability[j];
+        }
+
+        const vector wi = {q.wi_x, q.wi_y, q.wi_z};
+        const mask above = q.wi_z > 0.0f && q.wo_z > 0.0f;
+        q = above_horizon(q, above);
+        real p[BASIS], plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
+        component_densities(q, theta, p);
+        real pdf = 0.0f;
         for (int j = 0; j < BASIS; ++j)
-            f += coefficients[ch * BASIS + j] * fmin(b[j], (real)(FLT_MAX));
-        out[i + (4 + ch) * (ulong)count] = finite_above(fmin(f, (real)(FLT_MAX)) * scale, above);
+            pdf += probability[j] * fmin(p[j], (real)(FLT_MAX));
+        pdf = finite_above(pdf, above);
+        out[i] = wi.x;
+        out[i + count] = wi.y;
+        out[i + 2 * (ulong)count] = wi.z;
+        out[i + 3 * (ulong)count] = pdf;
+        material_prepare(q, plane);
+        material_basis(plane, theta, b, d);
+        const real scale = pdf > 0.0f ? q.wi_z / pdf : (real)(0.0f);
+        for (int ch = 0; ch < channels; ++ch) {
+            real f = 0.0f;
+            for (int j = 0; j < BASIS; ++j)
+                f += coefficients[ch * BASIS + j] * fmin(b[j], (real)(FLT_MAX));
+            out[i + (4 + ch) * (ulong)count] = finite_above(fmin(f, (real)(FLT_MAX)) * scale, above);
+        }
     }
 }
 
@@ -135,23 +135,23 @@ __kernel void sample(float4 wo_, uint4 keys, int sobol, uint first, uint count,
 __kernel void density(__global const real* directions, uint count, PARAMETER_SPACE const float* theta,
                       __global const float* table, __global const float* strengths, __global real* out)
 {
-    const uint i = get_global_id(0);
-    if (i >= count)
-        return;
-    geometry q = read_geometry(directions, count, i);
-    const mask above = q.wi_z > 0.0f && q.wo_z > 0.0f;
-    q = above_horizon(q, above);
-    real probability[BASIS], p[BASIS];
-    for (int lane = 0; lane < V; ++lane) {
-        float one[BASIS];
-        probabilities(table, strengths, ((float*)&q.wo_x)[lane], ((float*)&q.wo_y)[lane],
-                      ((float*)&q.wo_z)[lane], one);
+    FOR_EACH_OF_RUN(i, count)
+    {
+        geometry q = read_geometry(directions, count, i);
+        const mask above = q.wi_z > 0.0f && q.wo_z > 0.0f;
+        q = above_horizon(q, above);
+        real probability[BASIS], p[BASIS];
+        for (int lane = 0; lane < V; ++lane) {
+            float one[BASIS];
+            probabilities(table, strengths, ((float*)&q.wo_x)[lane], ((float*)&q.wo_y)[lane],
+                          ((float*)&q.wo_z)[lane], one);
+            for (int j = 0; j < BASIS; ++j)
+                ((float*)&probability[j])[lane] = one[j];
+        }
+        component_densities(q, theta, p);
+        real pdf = 0.0f;
         for (int j = 0; j < BASIS; ++j)
-            ((float*)&probability[j])[lane] = one[j];
+            pdf += probability[j] * fmin(p[j], (real)(FLT_MAX));
+        out[i] = finite_above(pdf, above);
     }
-    component_densities(q, theta, p);
-    real pdf = 0.0f;
-    for (int j = 0; j < BASIS; ++j)
-        pdf += probability[j] * fmin(p[j], (real)(FLT_MAX));
-    out[i] = finite_above(pdf, above);
 }

@@ -185,9 +185,9 @@ TEST_F(Program, a_fit_says_so_too_when_kernels_do_not_build) {
               0);
     const TemporaryFolder kernels;
     write_kernels(kernels, "gram.cl", "__kernel", "no_such_word __kernel");
-    const Outcome outcome =
-        run_program({"fit", folder / "data.csv", "-m", "ward", "-o", folder / "out"},
-                    {"BRDFIT_KERNELS=" + kernels.path().string()});
+    const Outcome outcome = run_program(
+        {"fit", folder / "data.csv", "-m", "ward", "--lobes", "2", "-o", folder / "out"},
+        {"BRDFIT_KERNELS=" + kernels.path().string()});
     EXPECT_EQ(outcome.status, 1);
     EXPECT_NE(outcome.err.find("kernels/gram.cl:"), std::string::npos) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));

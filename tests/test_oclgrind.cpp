@@ -49,7 +49,7 @@ TEST_P(Oclgrind, FindsNothingInAnyPass) {
     run("synth material.json scattered.csv --directions 150 --noise 0.02");
     run("synth anisotropic.json anisotropic.csv --directions 100");
     // The search of a model with few shapes, then every kind of pass from given starts.
-    run("fit scattered.csv -m ward -o out");
+    run("fit scattered.csv -m ward,cook-torrance --max-evaluations 2 -o out");
     write_file(folder_ / "start.json", R"({"brdfit": 1, "channels": ["a", "b"],
         "diffuse": {"model": "kurt-coupled", "kd": [0.2, 0.1]},
         "lobes": [{"model": "kurt", "ks": [0.3, 0.2], "f0": 0.2, "m": 0.25, "alpha": 0.1},
@@ -68,6 +68,7 @@ TEST_P(Oclgrind, FindsNothingInSampling) {
     write_file(folder_ / "directions.csv", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0.6,0,0.8\n"
                                            "0,0.6,0.8,0,-1,0\n0.6,0,-0.8,0,0,1\n");
     run("pdf anisotropic.json directions.csv -o p.csv");
+    run("eval anisotropic.json directions.csv -o v.csv");
 }
 
 INSTANTIATE_TEST_SUITE_P(Forms, Oclgrind, testing::Values("16,1,256", "1,16,64"),

@@ -236,7 +236,7 @@ TEST(Sampler, SampleDependsOnSeedAndIndexAlone) {
     Device small = device(); // many short passes
     small.max_allocation = 1 << 16;
     Device narrow = device();
-    narrow.form = {1, 1, 2048};
+    narrow.form = {1, 1, 2048, 1};
     for (const Sequence sequence : {Sequence::Philox, Sequence::Sobol}) {
         const auto draw = [&](const Device& on, std::size_t n, std::uint64_t seed) {
             return sample_material(on, material, wo, n, seed, sequence);

@@ -1,6 +1,7 @@
 #include "bench/sampling.hpp"
 #include "bench/work.hpp"
 #include "host/cli/command.hpp"
+#include "host/device/program.hpp"
 #include "host/file.hpp"
 #include "host/version.hpp"
 
@@ -57,7 +58,7 @@ int bench_sampling(const Options& options, const Globals& globals) {
                                              {"driver", device.driver},
                                              {"compute_units", device.compute_units},
                                              {"version", version},
-                                             {"kernels", bench::kernel_hash()},
+                                             {"kernels", kernel_hash()},
                                              {"machine", bench::processor_name()},
                                              {"theta_o", options.theta * degree},
                                              {"results", rows}};

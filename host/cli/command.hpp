@@ -33,6 +33,8 @@ void add_generate(CLI::App& app, const Globals& globals, Action& action);
 void add_bench(CLI::App& app, const Globals& globals, Action& action);
 /// Below bench.
 void add_bench_sampling(CLI::App& bench, const Globals& globals, Action& action);
+void add_bench_compare(CLI::App& bench, const Globals& globals, Action& action);
+void add_tune(CLI::App& app, const Globals& globals, Action& action);
 
 /// The positional arguments that several commands have.
 inline void add_material(CLI::App& command, std::string& path) {

@@ -1,5 +1,6 @@
 #include "host/device/device.hpp"
 
+#include "host/device/tuning.hpp"
 #include "host/error.hpp"
 
 #include <algorithm>
@@ -26,35 +27,25 @@ std::string lower_case(std::string text) {
     return text;
 }
 
-// The form that the environment variable BRDFIT_FORM asks for, "V,LS,BLOCK": for trying a device's
-// kernels on another. Throws UsageError where these do not fit together.
-Form parse_form(const char* text) {
-    Form form{};
+// The form that the environment variable BRDFIT_FORM asks for, "V,LS,BLOCK[,CANDIDATES]": for
+// trying a device's kernels on another. Throws UsageError where these do not fit together or the
+// device.
+Form parse_form(const char* text, const Device& device) {
+    Form form{0, 0, 0, 2};
     char rest = 0;
-    const auto power_of_2 = [](int x) { return x > 0 && (x & (x - 1)) == 0; };
-    if (std::sscanf(text, "%d,%d,%d%c", &form.vector_width, &form.local_size, &form.block, &rest) !=
-            3 ||
-        !power_of_2(form.vector_width) || form.vector_width > 16 || !power_of_2(form.local_size) ||
-        form.local_size > 1024 || form.block < 1 || form.block > (1 << 20) ||
-        form.block % (form.vector_width * form.local_size) != 0)
-        throw UsageError(
-            fmt::format("BRDFIT_FORM={}: expected V,LS,BLOCK, the first two powers of 2 "
-                        "up to 16 and 1024, the last a multiple of both",
-                        text));
+    const int read = std::sscanf(text, "%d,%d,%d%c%d%c", &form.vector_width, &form.local_size,
+                                 &form.block, &rest, &form.candidates, &rest);
+    if ((read != 3 && (read != 5 || rest != ',')) || !is_possible(form, device))
+        throw UsageError(fmt::format(
+            "BRDFIT_FORM={}: expected V,LS,BLOCK[,CANDIDATES], the first two powers of 2 up to 16 "
+            "and 1024, the third a multiple of both, and a group that {} can run",
+            text, device.name));
     return form;
 }
 
 Form form_of(const Device& device) {
-    if (const char* text = std::getenv("BRDFIT_FORM"))
-        return parse_form(text);
-    if (device.cpu)
-        return {16, 1, 2048};
-    // The largest power of 2 up to 128 that a group and its local memory can hold.
-    int local = 128;
-    while (local > 1 && (static_cast<std::size_t>(local) > device.max_group ||
-                         static_cast<std::size_t>(local) * sizeof(float) > device.local_memory))
-        local /= 2;
-    return {1, local, 8192};
+    const char* const text = std::getenv("BRDFIT_FORM");
+    return text != nullptr ? parse_form(text, device) : shipped_form(device);
 }
 
 Device describe(int index, const cl::Platform& platform, const cl::Device& handle) {
@@ -77,6 +68,19 @@ Device describe(int index, const cl::Platform& platform, const cl::Device& handl
     return device;
 }
 
+Device opened(Device device) {
+    try {
+        device.context = cl::Context(device.handle);
+        device.queue = cl::CommandQueue(device.context, device.handle);
+    } catch (const cl::Error& error) {
+        throw InputError(fmt::format("device {} ({}): {} failed with OpenCL error {}", device.index,
+                                     device.name, error.what(), error.err()));
+    }
+    if (std::getenv("BRDFIT_FORM") == nullptr)
+        device.form = tuned_form(device).value_or(device.form);
+    return device;
+}
+
 std::string listing(const std::vector<Device>& devices) {
     std::string text;
     for (const Device& device : devices)
@@ -85,6 +89,17 @@ std::string listing(const std::vector<Device>& devices) {
 }
 
 } // namespace
+
+Form shipped_form(const Device& device) {
+    if (device.cpu)
+        return {16, 1, 2048, 4};
+    // The largest power of 2 up to 128 that a group and its local memory can hold.
+    int local = 128;
+    while (local > 1 && (static_cast<std::size_t>(local) > device.max_group ||
+                         static_cast<std::size_t>(local) * sizeof(float) > device.local_memory))
+        local /= 2;
+    return {1, local, 8192, 4};
+}
 
 std::vector<Device> list_devices() {
     std::vector<Device> devices;
@@ -137,15 +152,18 @@ Device open_device(const std::string& wish) {
                                          matches.empty() ? "no" : "several", listing(devices)));
         chosen = matches.front();
     }
-    Device device = devices[chosen];
-    try {
-        device.context = cl::Context(device.handle);
-        device.queue = cl::CommandQueue(device.context, device.handle);
-    } catch (const cl::Error& error) {
-        throw InputError(fmt::format("device {} ({}): {} failed with OpenCL error {}", device.index,
-                                     device.name, error.what(), error.err()));
-    }
-    return device;
+    return opened(devices[chosen]);
+}
+
+std::vector<Device> open_devices(const std::string& wish) {
+    if (wish != "all")
+        return {open_device(wish)};
+    std::vector<Device> devices;
+    for (const Device& device : list_devices())
+        devices.push_back(opened(device));
+    if (devices.empty())
+        open_device(); // says which package to install
+    return devices;
 }
 
 } // namespace brdfit

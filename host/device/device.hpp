@@ -13,6 +13,16 @@ struct Form {
     int vector_width; ///< V: samples a work-item handles at once, a power of 2 up to 16
     int local_size;   ///< LS: work-items a group, a power of 2
     int block;        ///< samples a group, a multiple of V * LS
+    int candidates;   ///< of a batched search that a work-item carries at once
+
+    /// Vectors a work-item handles one after the other where there is nothing to sum (RUN): on a
+    /// CPU enough to make starting a group cheap.
+    int run() const { return local_size == 1 ? 64 : 1; }
+
+    friend bool operator==(const Form& a, const Form& b) {
+        return a.vector_width == b.vector_width && a.local_size == b.local_size &&
+               a.block == b.block && a.candidates == b.candidates;
+    }
 };
 
 /// An OpenCL device with its context and queue, and the limits the project minds.
@@ -28,13 +38,19 @@ struct Device {
     cl::CommandQueue queue;
 };
 
+/// The form a device has where nothing else is asked for: one for CPUs, one for GPUs.
+Form shipped_form(const Device& device);
+
 /// Every OpenCL device, without context and queue. Empty where there is none.
 std::vector<Device> list_devices();
 /// Index of the default in `devices`: the first GPU, otherwise the first device.
 std::size_t default_device(const std::vector<Device>& devices);
 /// The device chosen by `wish`: an index, a part of its name (any case), or empty for the default;
-/// with context and queue. Throws InputError, naming the package to install, where there is no
-/// device at all, UsageError listing the devices where none or several match.
+/// with context, queue and, unless BRDFIT_FORM is set, the form that `brdfit tune` found for it.
+/// Throws InputError, naming the package to install, where there is no device at all, UsageError
+/// listing the devices where none or several match.
 Device open_device(const std::string& wish = "");
+/// The same, or all devices where the wish is "all".
+std::vector<Device> open_devices(const std::string& wish);
 
 } // namespace brdfit

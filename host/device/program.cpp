@@ -62,6 +62,10 @@ std::string generated_text(const Structure& structure) {
                                    "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
                                    "#define ENTRY_BASIS {{{}0}}\n",
                                    layout.basis, layout.entries.size(), layout.planes, bases);
+    const bool lobes = !structure.lobes.empty();
+    text += fmt::format("#define FRESNEL {}\n#define LAST_LOBE {}\n",
+                        lobes && structure.lobes.back()->fresnel() ? 1 : 0,
+                        lobes ? layout.lobe_begin[structure.lobes.size() - 1] : 0);
     text += "static inline void material_prepare(geometry q, real* plane)\n{\n";
     for (const PlacedModel& p : placed)
         text +=
@@ -133,9 +137,10 @@ std::string model_text(const Structure& structure) {
 cl::Program built(const Device& device, const std::string& text, const std::string& what) {
     const Form& form = device.form;
     cl::Program program(device.context,
-                        fmt::format("#define V {}\n#define LS {}\n#define BLOCK {}\n",
+                        fmt::format("#define V {}\n#define LS {}\n#define BLOCK {}\n"
+                                    "#define CANDIDATES {}\n#define RUN {}\n",
                                     form.vector_width, form.local_size,
-                                    form.block / form.vector_width) +
+                                    form.block / form.vector_width, form.candidates, form.run()) +
                             text);
     try {
         program.build(device.handle, "-cl-std=CL1.2 -cl-mad-enable");
@@ -226,6 +231,17 @@ cl::Program build_generator_program(const Device& device) {
 
 cl::Program build_gram_program(const Device& device) {
     return built(device, with_line("common.cl") + with_line("gram.cl"), "the search");
+}
+
+cl::Program build_peaks_program(const Device& device) {
+    return built(device, with_line("common.cl") + with_line("peaks.cl"), "the peaks");
+}
+
+std::string kernel_hash() {
+    std::string text;
+    for (const EmbeddedFile* file = embedded_kernels; file->name != nullptr; ++file)
+        text += std::string(file->name) + '\n' + kernel_source(file->name) + '\n';
+    return sha256(text);
 }
 
 } // namespace brdfit

@@ -60,5 +60,10 @@ cl::Program build_generator_program(const Device& device);
 
 /// Builds gram.cl, which knows no models.
 cl::Program build_gram_program(const Device& device);
+/// Builds peaks.cl, which measures what a device does at most.
+cl::Program build_peaks_program(const Device& device);
+
+/// Hash of the sources of all kernels, those used while developing included.
+std::string kernel_hash();
 
 } // namespace brdfit

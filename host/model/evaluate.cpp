@@ -20,7 +20,6 @@ std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
                                        const Directions& directions) {
     const std::size_t total = directions.count();
     const auto width = static_cast<std::size_t>(device.form.vector_width);
-    const auto local = static_cast<std::size_t>(device.form.local_size);
     const std::size_t pass =
         std::min({pairs_a_pass, padded(total, width),
                   device.max_allocation / (sizeof(float) * std::max<std::size_t>(outputs, 10)) /
@@ -43,8 +42,7 @@ std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
         device.queue.enqueueWriteBuffer(
             in, CL_TRUE, 0, stride * Directions::plane_count * sizeof(float), staged.data());
         kernel.setArg(1, static_cast<cl_uint>(stride / width));
-        device.queue.enqueueNDRangeKernel(
-            kernel, cl::NullRange, cl::NDRange(padded(stride / width, local)), cl::NDRange(local));
+        enqueue_runs(device, kernel, stride / width);
         device.queue.enqueueReadBuffer(out, CL_TRUE, 0, stride * outputs * sizeof(float),
                                        values.data());
         for (std::size_t o = 0; o < outputs; ++o)

@@ -28,19 +28,6 @@ std::uint64_t mixed(std::uint64_t x) { // Steele et al. 2014, splitmix64
     return x ^ (x >> 31);
 }
 
-/// The key of Philox, or a scramble for each dimension.
-cl_uint4 keys_of(std::uint64_t seed, Sequence sequence) {
-    cl_uint4 keys{};
-    if (sequence == Sequence::Philox) {
-        keys.s[0] = static_cast<cl_uint>(seed);
-        keys.s[1] = static_cast<cl_uint>(seed >> 32);
-        return keys;
-    }
-    for (std::uint64_t dimension = 0; dimension < 3; ++dimension)
-        keys.s[dimension] = static_cast<cl_uint>(mixed(mixed(seed) + dimension));
-    return keys;
-}
-
 void check(const Vector& wo, std::size_t n) {
     const double length = std::sqrt(std::inner_product(wo.begin(), wo.end(), wo.begin(), 0.0));
     if (!(std::abs(length - 1) < 1e-6) || !(static_cast<float>(wo[2]) > 0))
@@ -51,6 +38,18 @@ void check(const Vector& wo, std::size_t n) {
 }
 
 } // namespace
+
+std::array<std::uint32_t, 4> keys_of(std::uint64_t seed, Sequence sequence) {
+    std::array<std::uint32_t, 4> keys{};
+    if (sequence == Sequence::Philox) {
+        keys[0] = static_cast<std::uint32_t>(seed);
+        keys[1] = static_cast<std::uint32_t>(seed >> 32);
+        return keys;
+    }
+    for (std::uint64_t dimension = 0; dimension < 3; ++dimension)
+        keys[dimension] = static_cast<std::uint32_t>(mixed(mixed(seed) + dimension));
+    return keys;
+}
 
 Sampler::Sampler(const Device& device, const Material& material)
     : device_(device), channels_(material.channels.size()) {
@@ -103,14 +102,14 @@ Sampler::Sampler(const Device& device, const Material& material)
 void Sampler::draw(const Vector& wo, std::size_t first, std::size_t n, std::uint64_t seed,
                    Sequence sequence) const {
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    const auto local = static_cast<std::size_t>(device_.form.local_size);
     const std::size_t count = padded(n, width) / width;
     cl_float4 direction{};
     for (std::size_t k = 0; k < 3; ++k)
         direction.s[k] = static_cast<float>(wo[k]);
     cl::Kernel kernel(program_, "sample");
     kernel.setArg(0, direction);
-    kernel.setArg(1, keys_of(seed, sequence));
+    const std::array<std::uint32_t, 4> keys = keys_of(seed, sequence);
+    kernel.setArg(1, cl_uint4{{keys[0], keys[1], keys[2], keys[3]}});
     kernel.setArg(2, static_cast<cl_int>(sequence == Sequence::Sobol));
     kernel.setArg(3, static_cast<cl_uint>(first));
     kernel.setArg(4, static_cast<cl_uint>(count));
@@ -120,8 +119,7 @@ void Sampler::draw(const Vector& wo, std::size_t first, std::size_t n, std::uint
     kernel.setArg(8, coefficients_);
     kernel.setArg(9, static_cast<cl_int>(channels_));
     kernel.setArg(10, out_);
-    device_.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(padded(count, local)),
-                                       cl::NDRange(local));
+    enqueue_runs(device_, kernel, count);
 }
 
 void Sampler::draw(const Vector& wo, std::size_t n, std::uint64_t seed, Sequence sequence) const {

@@ -4,6 +4,7 @@
 #include "host/measured/samples.hpp"
 #include "host/model/material.hpp"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -14,6 +15,9 @@ enum class Sequence {
     Philox, ///< independent numbers (Philox 4x32-10)
     Sobol   ///< Sobol points with Owen's scrambling: spread evenly
 };
+
+/// The key of Philox in the first two, or the scrambles of Sobol's first three dimensions.
+std::array<std::uint32_t, 4> keys_of(std::uint64_t seed, Sequence sequence);
 
 /// Directions drawn for one wo. Rejected samples (below the horizon) have density and weights 0.
 struct DirectionSamples {

@@ -24,19 +24,20 @@ static inline void beckmann_smith_prepare(geometry q, real* plane)
 #endif
 }
 
-// L of a direction, and in *slope its derivative by the logarithm of a. `inverse2`: 1 / a^2.
+// L of a direction, and in *slope its derivative by inverse2 = 1 / a^2, times 2.
 static inline real beckmann_lambda(real inverse2, real* slope)
 {
-    const real a = rsqrt(fmax(inverse2, (real)(1e-2f))); // beyond a = 10 L vanishes
+    // Beyond a = 10 L vanishes; at grazing inverse2, and so L, may be infinite.
+    const real a = rsqrt(fmin(fmax(inverse2, (real)(1e-2f)), (real)(1e37f)));
     const real gauss = exp(-a * a);
     // erfc(a) = poly(t) exp(-a^2), to 1.5e-7 (Abramowitz and Stegun 7.1.26).
     const real t = 1.0f / (1.0f + 0.3275911f * a);
     const real erfc_share =
         t * (0.254829592f +
              t * (-0.284496736f + t * (1.421413741f + t * (-1.453152027f + t * 1.061405429f))));
-    const real edge = gauss / a * (0.5f / 1.7724538509f);
-    *slope = -edge;
-    return fmax(edge - 0.5f * erfc_share * gauss, (real)(0.0f));
+    *slope = gauss * a * (0.5f / 1.7724538509f);
+    // exp(-a^2) / (2 a sqrt(pi)) = inverse2 *slope
+    return fmax(inverse2 * *slope - 0.5f * erfc_share * gauss, (real)(0.0f));
 }
 
 static inline real beckmann_smith(const real* plane, PARAMETER_SPACE const float* theta, real* d)
@@ -50,18 +51,16 @@ static inline real beckmann_smith(const real* plane, PARAMETER_SPACE const float
         inverse2_o += plane[ROUGHNESSES + 3 + 2 * k] * (m * m);
     }
     real slope_i, slope_o;
-    const real inverse_g2 =
-        1.0f + beckmann_lambda(inverse2_i, &slope_i) + beckmann_lambda(inverse2_o, &slope_o);
-    const real s = beckmann(plane, plane[ROUGHNESSES], theta + 1, d + 1) / inverse_g2;
+    const real g2 = 1.0f / (1.0f + beckmann_lambda(inverse2_i, &slope_i) +
+                            beckmann_lambda(inverse2_o, &slope_o));
+    const real s = beckmann(plane, plane[ROUGHNESSES], theta + 1, d + 1) * g2;
     const real g = schlick_times(p5, theta[0], s, d);
     for (int k = 0; k < ROUGHNESSES; ++k) {
+        // d (1/a^2) / d m = 2 m tan_k^2
         const float m = theta[1 + k];
-        // d log a / d m = -m tan_k^2 / (1/a^2)
-        const real log_a_i =
-            -m * plane[ROUGHNESSES + 2 + 2 * k] / fmax(inverse2_i, (real)(1e-30f));
-        const real log_a_o =
-            -m * plane[ROUGHNESSES + 3 + 2 * k] / fmax(inverse2_o, (real)(1e-30f));
-        d[1 + k] = g * (d[1 + k] - (slope_i * log_a_i + slope_o * log_a_o) / inverse_g2);
+        const real by_m = m * (slope_i * plane[ROUGHNESSES + 2 + 2 * k] +
+                               slope_o * plane[ROUGHNESSES + 3 + 2 * k]);
+        d[1 + k] = g * (d[1 + k] - by_m * g2);
     }
     return g;
 }

@@ -42,14 +42,18 @@ static inline real ggx(const real* plane, PARAMETER_SPACE const float* theta, re
     }
     a_i = sqrt(a_i);
     a_o = sqrt(a_o);
-    const real inverse_v = 1.0f / (oz * a_i + iz * a_o);
-    const real s = (0.5f / PI / product) * inverse_v / (e * e);
+    const real v = oz * a_i + iz * a_o;
+    const real a_i_o = a_i * a_o;
+    const real inverse_v = 1.0f / v;
+    const real inverse = 1.0f / (e * a_i_o); // one division for two
+    const real inverse_e = inverse * a_i_o;
+    const real s = (0.5f / PI / product) * inverse_v * (inverse_e * inverse_e);
     const real g = schlick_times(p5, theta[0], s, d);
     for (int k = 0; k < ROUGHNESSES; ++k) {
         const float a = theta[1 + k];
-        const real by_e = plane[3 * k] * (4.0f / (a * a * a)) / e;
-        const real by_v =
-            (oz * plane[3 * k + 1] / a_i + iz * plane[3 * k + 2] / a_o) * a * inverse_v;
+        const real by_e = plane[3 * k] * (4.0f / (a * a * a)) * inverse_e;
+        const real by_v = (oz * plane[3 * k + 1] * a_o + iz * plane[3 * k + 2] * a_i) *
+                          (a * inverse_v * inverse * e);
         d[1 + k] = g * (by_e - by_v - (ROUGHNESSES == 1 ? 2.0f : 1.0f) / a);
     }
     return g;

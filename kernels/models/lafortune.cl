@@ -48,9 +48,9 @@ static inline real lafortune(const real* plane, PARAMETER_SPACE const float* the
     }
     const real base = product * (1.0f / s);
     const mask positive = base > 0.0f;
-    const real log_base = loss < 0.5f ? log1p(-fmin(loss, (real)(0.5f))) : log(fmax(base, (real)(FLT_MIN)));
+    const real log_base = log_one_minus(loss, fmax(base, (real)(FLT_MIN)));
     const real g = positive ? exp(n * log_base) : (real)(0.0f);
-    const real slope = positive ? (n / s) * exp((n - 1.0f) * log_base) : (real)(0.0f);
+    const real slope = (n / s) * g / fmax(base, (real)(FLT_MIN)); // n / s base^(n-1)
     // By C_k: the product along the axis; where |C_k| is s that cancels, and the scale's slope stays.
     for (int k = 0; k < ROUGHNESSES; ++k) {
         const float c = theta[k];

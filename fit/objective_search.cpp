@@ -1,0 +1,140 @@
+// The passes of Objective that the global search needs.
+#include "fit/objective.hpp"
+
+#include "host/device/buffer.hpp"
+
+namespace brdfit {
+
+// A constant buffer holds at least 64 KiB.
+std::size_t Objective::candidates_a_batch() const {
+    return (std::size_t{1} << 16) / sizeof(float) /
+           std::max<std::size_t>(layout().parameters.size(), 1);
+}
+
+FixedSums Objective::fixed_sums() {
+    // Coupled shapes scale with 1 - f0: f0 = 0 stands for all. The lobe only has to be finite.
+    std::vector<double> theta;
+    for (const Parameter& p : layout().parameters)
+        theta.push_back(p.name == "f0" ? 0 : p.start);
+    const int basis = layout().basis, chunk = samples_.chunk;
+    const auto gram_sums = static_cast<Eigen::Index>(basis) * (basis + 1) / 2;
+    const Eigen::Index sums = gram_sums + chunk * basis + 1;
+    const Reduced reduced = run("basis_sums", theta, Coefficients::Zero(samples_.channels, basis),
+                                static_cast<std::size_t>(sums), samples_.chunks, false);
+    FixedSums fixed{reduced.sums(0, 0), reduced.sums.row(sums - 1).sum(), {}};
+    for (int ch = 0; ch < samples_.channels; ++ch)
+        fixed.by.push_back(reduced.sums(gram_sums + (ch % chunk) * basis, ch / chunk));
+    return fixed;
+}
+
+std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<double>>& candidates) {
+    const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    const auto local = static_cast<std::size_t>(device_.form.local_size);
+    const auto tile = static_cast<std::size_t>(device_.form.candidates);
+    const auto chunk = static_cast<std::size_t>(samples_.chunk);
+    const auto chunks = static_cast<std::size_t>(samples_.chunks);
+    const std::size_t parameters = layout().parameters.size();
+    const bool fresnel = !structure().lobes.empty() && structure().lobes.back()->fresnel();
+    const std::size_t sums = fresnel ? 5 + 2 * chunk : 2 + chunk; // SHAPE_SUMS of kernels/fit.cl
+    const cl::Buffer diffuse_theta =
+        upload(device_, std::vector<float>(std::max<std::size_t>(parameters, 1), 0.0F));
+    cl::Kernel& k = kernel("shape_sums");
+    std::vector<ShapeSums> result;
+    for (std::size_t begin = 0; begin < candidates.size();) {
+        const std::size_t count = std::min(candidates_a_batch(), candidates.size() - begin);
+        const std::size_t tiles = (count + tile - 1) / tile;
+        std::vector<float> theta;
+        for (std::size_t n = begin; n < begin + count; ++n)
+            theta.insert(theta.end(), candidates[n].begin(), candidates[n].end());
+        theta.resize(std::max<std::size_t>(theta.size(), 1));
+        const cl::Buffer theta_buffer = upload(device_, theta);
+        const std::size_t outputs = chunks * samples_.groups * tiles * tile * sums;
+        const cl::Buffer out = make_buffer(device_, outputs * sizeof(float), CL_MEM_WRITE_ONLY);
+        k.setArg(0, planes_);
+        k.setArg(1, samples_.values);
+        k.setArg(2, samples_.weights);
+        k.setArg(3, static_cast<cl_uint>(samples_.stride / width));
+        k.setArg(4, theta_buffer);
+        k.setArg(5, static_cast<cl_int>(parameters));
+        k.setArg(6, static_cast<cl_uint>(count));
+        k.setArg(7, diffuse_theta);
+        k.setArg(8, out);
+        device_.queue.enqueueNDRangeKernel(k, cl::NullRange,
+                                           cl::NDRange(tiles * local, samples_.groups, chunks),
+                                           cl::NDRange(local, 1, 1));
+        const std::vector<float> partial = download<float>(device_, out, outputs);
+        const std::size_t all = tiles * tile * sums;
+        Eigen::ArrayXXd total =
+            Eigen::ArrayXXd::Zero(static_cast<Eigen::Index>(all), samples_.chunks);
+        for (std::size_t c = 0; c < chunks; ++c)
+            for (std::size_t group = 0; group < samples_.groups; ++group)
+                total.col(static_cast<Eigen::Index>(c)) +=
+                    Eigen::Map<const Eigen::ArrayXf>(partial.data() +
+                                                         (c * samples_.groups + group) * all,
+                                                     static_cast<Eigen::Index>(all))
+                        .cast<double>();
+        total /= samples_.norm();
+        for (std::size_t n = 0; n < count; ++n) {
+            const auto at = [&](std::size_t sum, std::size_t of_chunk) {
+                return total(static_cast<Eigen::Index>(n * sums + sum),
+                             static_cast<Eigen::Index>(of_chunk));
+            };
+            ShapeSums s{at(0, 0), at(1, 0), 0, 0, 0, {}, {}};
+            if (fresnel) {
+                s.st = at(2, 0);
+                s.tt = at(3, 0);
+                s.tb = at(4, 0);
+            }
+            for (std::size_t ch = 0; ch < static_cast<std::size_t>(samples_.channels); ++ch) {
+                s.ty.push_back(fresnel ? at(5 + ch % chunk, ch / chunk) : 0);
+                s.sy.push_back(at((fresnel ? 5 + chunk : 2) + ch % chunk, ch / chunk));
+            }
+            result.push_back(std::move(s));
+        }
+        begin += count;
+    }
+    return result;
+}
+
+void Objective::write_fixed_rows(const cl::Buffer& rows) {
+    const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    // Coupled shapes scale with 1 - f0: f0 = 0 stands for all.
+    upload_parameters(std::vector<double>(layout().parameters.size(), 0.0), reference_);
+    cl::Kernel& k = kernel("fixed_rows");
+    k.setArg(0, planes_);
+    k.setArg(1, samples_.values);
+    k.setArg(2, samples_.weights);
+    k.setArg(3, static_cast<cl_uint>(samples_.stride / width));
+    k.setArg(4, theta_);
+    k.setArg(5, rows);
+    enqueue_runs(device_, k, samples_.stride / width);
+    device_.queue.finish();
+}
+
+void Objective::write_shape_rows(const cl::Buffer& rows, std::size_t first,
+                                 const std::vector<std::vector<double>>& candidates) {
+    if (candidates.empty())
+        return;
+    const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    const std::size_t parameters = candidates.front().size();
+    const std::size_t batch = candidates_a_batch();
+    cl::Kernel& k = kernel("shape_rows");
+    for (std::size_t begin = 0; begin < candidates.size(); begin += batch) {
+        const std::size_t end = std::min(begin + batch, candidates.size());
+        std::vector<float> theta;
+        for (std::size_t n = begin; n < end; ++n)
+            theta.insert(theta.end(), candidates[n].begin(), candidates[n].end());
+        const cl::Buffer theta_buffer = upload(device_, theta);
+        k.setArg(0, planes_);
+        k.setArg(1, samples_.weights);
+        k.setArg(2, static_cast<cl_uint>(samples_.stride / width));
+        k.setArg(3, theta_buffer);
+        k.setArg(4, static_cast<cl_int>(parameters));
+        k.setArg(5, static_cast<cl_uint>(first + begin));
+        k.setArg(6, rows);
+        enqueue_runs(device_, k, samples_.stride / width, end - begin);
+        device_.queue.finish();
+    }
+}
+
+} // namespace brdfit

@@ -1,0 +1,119 @@
+#include "host/device/tuning.hpp"
+
+#include "host/device/program.hpp"
+#include "host/error.hpp"
+#include "host/file.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+namespace brdfit {
+
+namespace {
+
+constexpr std::size_t most_bytes = 1 << 20; // of a tuning file
+
+bool power_of_2(int x) {
+    return x > 0 && (x & (x - 1)) == 0;
+}
+
+// The entries of the file; empty where there is none. Throws InputError for anything else.
+nlohmann::ordered_json read_entries(const std::string& path) {
+    if (!std::filesystem::exists(path))
+        return nlohmann::ordered_json::array();
+    const MappedFile file(path);
+    const nlohmann::ordered_json json =
+        file.bytes().size() > most_bytes
+            ? nlohmann::ordered_json()
+            : nlohmann::ordered_json::parse(file.bytes(), nullptr, false);
+    if (!json.is_object() || !json.contains("tuning") || !json["tuning"].is_array())
+        throw InputError(fmt::format("{}: is not what brdfit tune writes: expected an object with "
+                                     "a list 'tuning'",
+                                     path));
+    return json["tuning"];
+}
+
+bool is_of(const nlohmann::ordered_json& entry, const Device& device) {
+    return entry.is_object() && entry.value("device", nlohmann::ordered_json()) == device.name &&
+           entry.value("platform", nlohmann::ordered_json()) == device.platform;
+}
+
+} // namespace
+
+bool is_possible(const Form& form, const Device& device) {
+    return power_of_2(form.vector_width) && form.vector_width <= 16 &&
+           power_of_2(form.local_size) && form.local_size <= 1024 &&
+           static_cast<std::size_t>(form.local_size) <= device.max_group &&
+           static_cast<std::size_t>(form.local_size) * sizeof(float) <= device.local_memory &&
+           form.block >= 1 && form.block <= 1 << 20 &&
+           form.block % (form.vector_width * form.local_size) == 0 && form.candidates >= 1 &&
+           form.candidates <= 16;
+}
+
+nlohmann::ordered_json to_json(const Form& form) {
+    return {{"vector_width", form.vector_width},
+            {"local_size", form.local_size},
+            {"block", form.block},
+            {"candidates", form.candidates}};
+}
+
+std::string tuning_path() {
+    if (const char* path = std::getenv("BRDFIT_TUNING"))
+        return path;
+    if (const char* folder = std::getenv("XDG_CONFIG_HOME"); folder != nullptr && *folder != 0)
+        return fmt::format("{}/brdfit/tuning.json", folder);
+    if (const char* home = std::getenv("HOME"); home != nullptr && *home != 0)
+        return fmt::format("{}/.config/brdfit/tuning.json", home);
+    return "";
+}
+
+std::optional<Form> tuned_form(const Device& device) {
+    const std::string path = tuning_path();
+    if (path.empty())
+        return std::nullopt;
+    try {
+        for (const auto& entry : read_entries(path)) {
+            if (!is_of(entry, device) || entry.at("driver") != device.driver ||
+                entry.at("kernels") != kernel_hash())
+                continue;
+            const Form form{entry.at("vector_width"), entry.at("local_size"), entry.at("block"),
+                            entry.at("candidates")};
+            if (!is_possible(form, device))
+                throw InputError(
+                    fmt::format("{}: the form of {} is none it can run", path, device.name));
+            return form;
+        }
+    } catch (const InputError& error) {
+        spdlog::warn("{}; ignored", error.what());
+    } catch (const nlohmann::json::exception& error) {
+        spdlog::warn("{}: {}; ignored", path, error.what());
+    }
+    return std::nullopt;
+}
+
+void store_tuned_form(const Device& device, const Form& form) {
+    const std::string path = tuning_path();
+    if (path.empty())
+        throw InputError("no place to keep the tuning: none of BRDFIT_TUNING, XDG_CONFIG_HOME and "
+                         "HOME is set");
+    nlohmann::ordered_json entries = nlohmann::ordered_json::array();
+    for (const auto& entry : read_entries(path))
+        if (!is_of(entry, device))
+            entries.push_back(entry);
+    nlohmann::ordered_json entry = {{"device", device.name},
+                                    {"platform", device.platform},
+                                    {"driver", device.driver},
+                                    {"kernels", kernel_hash()}};
+    entry.update(to_json(form));
+    entries.push_back(entry);
+    const std::string folder = std::filesystem::path(path).parent_path();
+    if (!folder.empty())
+        make_output_folder(folder);
+    OutputFile file(path);
+    file.write(nlohmann::ordered_json{{"tuning", entries}}.dump(2) + "\n");
+    file.commit();
+}
+
+} // namespace brdfit

@@ -1,0 +1,120 @@
+// brdfit tune: what it keeps, and when that is used.
+
+#include "host/device/program.hpp"
+#include "host/device/tuning.hpp"
+#include "tests/support.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+#include <gtest/gtest.h>
+
+namespace brdfit::test {
+
+namespace {
+
+/// A tuning file of its own for every test.
+class Tune : public testing::Test {
+  protected:
+    void SetUp() override { setenv("BRDFIT_TUNING", path_.c_str(), 1); }
+    void TearDown() override {
+        unsetenv("BRDFIT_KERNELS");
+        setenv("BRDFIT_TUNING", "", 1);
+    }
+
+    nlohmann::json entry() const { return nlohmann::json::parse(read_file(path_))["tuning"][0]; }
+    void change(const std::string& key, const nlohmann::json& value) const {
+        nlohmann::json changed = entry();
+        changed[key] = value;
+        write_file(path_, nlohmann::json{{"tuning", {changed}}}.dump());
+    }
+
+    TemporaryFolder folder_;
+    const std::string path_ = folder_ / "new/folder/tuning.json";
+    const Device untuned_ = list_devices().at(0);
+    // Unlike any shipped form, and possible everywhere.
+    const Form other_{2, 1, 512, 3};
+};
+
+} // namespace
+
+TEST_F(Tune, keeps_the_best_form_and_uses_it) {
+    const Outcome outcome =
+        run_program({"tune", "--device", "0", "--samples", "3000", "--forms", "2"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("shipped form: "), std::string::npos) << outcome.out;
+    const auto kept = entry();
+    EXPECT_EQ(kept.at("device"), untuned_.name);
+    EXPECT_EQ(kept.at("driver"), untuned_.driver);
+    EXPECT_EQ(kept.at("kernels"), kernel_hash());
+    const Form used = open_device("0").form;
+    EXPECT_EQ(used.vector_width, kept.at("vector_width"));
+    EXPECT_EQ(used.candidates, kept.at("candidates"));
+}
+
+TEST_F(Tune, a_kept_form_is_used_until_something_changes) {
+    store_tuned_form(untuned_, {4, 1, 1024, 1});
+    store_tuned_form(untuned_, other_); // in place of the first
+    EXPECT_EQ(nlohmann::json::parse(read_file(path_))["tuning"].size(), 1);
+    EXPECT_EQ(open_device("0").form, other_);
+    for (const char* key : {"device", "platform", "driver", "kernels"}) {
+        const nlohmann::json before = entry()[key];
+        change(key, "another");
+        EXPECT_EQ(open_device("0").form, shipped_form(untuned_)) << key;
+        change(key, before);
+        EXPECT_EQ(open_device("0").form, other_) << key;
+    }
+    setenv("BRDFIT_FORM", "8,1,1024", 1);
+    EXPECT_EQ(open_device("0").form.vector_width, 8);
+    unsetenv("BRDFIT_FORM");
+}
+
+TEST_F(Tune, forms_that_cannot_run_and_broken_files_are_ignored) {
+    store_tuned_form(untuned_, other_);
+    for (const auto& [key, value] :
+         std::vector<std::pair<std::string, nlohmann::json>>{{"vector_width", 3},
+                                                             {"vector_width", 32},
+                                                             {"local_size", 0},
+                                                             {"local_size", 1 << 20},
+                                                             {"block", 7},
+                                                             {"block", -512},
+                                                             {"candidates", 0},
+                                                             {"candidates", 1000},
+                                                             {"block", "many"}}) {
+        const nlohmann::json before = entry()[key];
+        change(key, value);
+        EXPECT_EQ(open_device("0").form, shipped_form(untuned_)) << key << " " << value;
+        change(key, before);
+    }
+    for (const char* text : {"", "{", "[]", "{\"tuning\": 1}", "{\"tuning\": [1, {}, null]}"}) {
+        write_file(path_, text);
+        EXPECT_EQ(open_device("0").form, shipped_form(untuned_)) << text;
+    }
+}
+
+TEST_F(Tune, an_unwritable_place_is_an_error) {
+    write_file(folder_ / "file", "");
+    setenv("BRDFIT_TUNING", (folder_ / "file/tuning.json").c_str(), 1);
+    EXPECT_THROW(store_tuned_form(untuned_, other_), std::runtime_error);
+    const Outcome outcome = run_program({"tune", "--samples", "1000", "--forms", "1"});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("file"), std::string::npos) << outcome.err;
+}
+
+TEST(TuningPath, is_where_configuration_belongs) {
+    setenv("BRDFIT_TUNING", "/a/b.json", 1);
+    EXPECT_EQ(tuning_path(), "/a/b.json");
+    unsetenv("BRDFIT_TUNING");
+    const char* const home = std::getenv("HOME");
+    const std::string old_home = home == nullptr ? "" : home;
+    setenv("HOME", "/home/someone", 1);
+    unsetenv("XDG_CONFIG_HOME");
+    EXPECT_EQ(tuning_path(), "/home/someone/.config/brdfit/tuning.json");
+    setenv("XDG_CONFIG_HOME", "/config", 1);
+    EXPECT_EQ(tuning_path(), "/config/brdfit/tuning.json");
+    unsetenv("XDG_CONFIG_HOME");
+    setenv("HOME", old_home.c_str(), 1);
+    setenv("BRDFIT_TUNING", "", 1);
+    EXPECT_EQ(tuning_path(), "");
+}
+
+} // namespace brdfit::test
