@@ -278,12 +278,12 @@ TEST(Microfacet, is_reciprocal_and_finite) {
 
 TEST(Microfacet, samples_follow_their_density) {
     for (const std::string& spec : all_specs())
-        expect_samples_follow_density(parsed(material_json(tables().path(spec), 0.9)), 40000);
+        expect_samples_follow_density(parsed(material_json(tables().path(spec), 0.9)), 100000);
     Json mixed = material_json(tables().path(gauss), 0.9);
     mixed["diffuse"] = {{"model", "microfacet"}, {"kd", {0.5}}};
     mixed["lobes"].push_back(material_json(tables().path(grooves), 0.5, true)["lobes"][0]);
     mixed["lobes"].push_back({{"model", "ward"}, {"ks", {0.2}}, {"m", 0.3}});
-    expect_samples_follow_density(parsed(mixed), 40000);
+    expect_samples_follow_density(parsed(mixed), 100000);
 }
 
 TEST(Microfacet, sample_weights_have_the_mean_of_the_table) {
@@ -482,7 +482,9 @@ TEST(Microfacet, broken_table_files_say_what_is_wrong) {
 // The form of kernels for GPUs finds the same.
 TEST(Microfacet, tables_do_not_depend_on_the_form) {
     Device other = device();
-    other.form = {1, 16, 1024};
+    other.form.vector_width = 1;
+    other.form.local_size = 16;
+    other.form.block = 1024;
     const Distribution distribution =
         parse_distribution(gauss, "spec", [](const DistributionPart&) { return 1.0; });
     const MicrofacetTable there = Generator(other).generate(distribution, {32, false}, "spec");
