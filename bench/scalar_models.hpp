@@ -26,6 +26,13 @@ inline double sign(double x) {
 inline double convert_float(std::uint32_t x) {
     return x;
 }
+inline bool any_of(bool x) {
+    return x;
+}
+template <typename T, typename Bound>
+T clamp(T x, Bound lower, Bound upper) {
+    return fmin(fmax(x, T(lower)), T(upper));
+}
 inline std::uint32_t mul_hi(std::uint32_t a, std::uint32_t b) {
     return static_cast<std::uint32_t>(std::uint64_t{a} * b >> 32);
 }

@@ -27,6 +27,13 @@ typedef JOIN(int, V) mask;
 #define FOR_EACH_OF_RUN(i, count)                                                                  \
     for (uint i = get_global_id(0) * RUN, end_ = min(i + RUN, (uint)(count)); i < end_; ++i)
 
+// Whether any lane of a comparison holds.
+#if V == 1
+static inline bool any_of(mask x) { return x != 0; }
+#else
+static inline bool any_of(mask x) { return any(x); }
+#endif
+
 #define PI 3.14159265358979f
 
 #if V == 1

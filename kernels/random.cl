@@ -7,6 +7,15 @@ typedef uint ureal;
 typedef JOIN(uint, V) ureal;
 #endif
 
+// 0 to V - 1: adds up to the indices of a vector of samples.
+static inline ureal lane_numbers(void)
+{
+    ureal x = 0u;
+    for (int lane = 0; lane < V; ++lane)
+        ((uint*)&x)[lane] = lane;
+    return x;
+}
+
 // Philox 4x32-10 (Salmon et al. 2011): ten rounds of multiplication and exchange on a counter x[4].
 static inline void philox(ureal* x, uint key0, uint key1)
 {

@@ -12,14 +12,6 @@
 #define LEAST_HEIGHT 1e-4f
 #define TABLE_SAMPLES 128
 
-static inline ureal lane_numbers(void)
-{
-    ureal x = 0u;
-    for (int lane = 0; lane < V; ++lane)
-        ((uint*)&x)[lane] = lane;
-    return x;
-}
-
 // Fills the table, an entry a work-item, by drawing from each component alone.
 __kernel void tabulate(PARAMETER_SPACE const float* theta, __global float* table)
 {

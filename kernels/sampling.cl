@@ -1,7 +1,9 @@
 // What the models' samplers share. NAME_sample(wo, theta, u1, u2) draws wi for wo from two uniform
 // numbers in (0, 1); NAME_density(q, theta) is its density by the solid angle of wi. theta has the
 // anisotropic form. wi may come out below the horizon: such a sample is worth nothing, and the density
-// integrates to less than 1 over the hemisphere by just that loss.
+// integrates to less than 1 over the hemisphere by just that loss. Where the model does not vanish at
+// the horizon, u1 is the number that lifts wi: for given wo and u2, wi is above the horizon for all u1
+// beyond some number, so that albedos can be integrated up to the horizon and no further.
 
 typedef struct {
     real x, y, z;

@@ -121,6 +121,17 @@ Real ggx(const Geometry& q, const Theta& t) {
     return schlick(q, t.f0) * d / (1 + lambda(q.wi) + lambda(q.wo)) / (4 * q.iz * q.oz);
 }
 
+Real ggx_uncorrelated(const Geometry& q, const Theta& t) {
+    const Real e = std::pow(q.hx / t.x, 2) + std::pow(q.hy / t.y, 2) + q.hz * q.hz;
+    const Real d = 1 / (pi * t.x * t.y * e * e);
+    const auto g1 = [&](const Vector& w) {
+        const Real slope2 =
+            (std::pow(w[0] * t.x, 2) + std::pow(w[1] * t.y, 2)) / (Real(w[2]) * w[2]);
+        return 2 / (1 + std::sqrt(1 + slope2));
+    };
+    return schlick(q, t.f0) * d * g1(q.wi) * g1(q.wo) / (4 * q.iz * q.oz);
+}
+
 Real beckmann_smith(const Geometry& q, const Theta& t) {
     const auto lambda = [&](const Vector& w) {
         const Real projected = std::hypot(w[0] * t.x, w[1] * t.y);
@@ -174,6 +185,7 @@ const std::map<std::string, Reference> references = {
     {"lafortune", {lafortune, false, 2, true}},
     {"ward-gmd", {ward_gmd, false, 2, false}},
     {"ggx", {ggx, true, 2, false}},
+    {"ggx-uncorrelated", {ggx_uncorrelated, true, 2, false}},
     {"beckmann-smith", {beckmann_smith, true, 2, false}},
     {"ashikhmin-shirley-diffuse", {ashikhmin_shirley_diffuse, true, 0, false}},
 };

@@ -30,6 +30,8 @@ void add_demo(CLI::App& app, const Globals& globals, Action& action);
 void add_pdf(CLI::App& app, const Globals& globals, Action& action);
 void add_sample(CLI::App& app, const Globals& globals, Action& action);
 void add_generate(CLI::App& app, const Globals& globals, Action& action);
+void add_albedo(CLI::App& app, const Globals& globals, Action& action);
+void add_table(CLI::App& app, const Globals& globals, Action& action);
 void add_bench(CLI::App& app, const Globals& globals, Action& action);
 /// Below bench.
 void add_bench_sampling(CLI::App& bench, const Globals& globals, Action& action);

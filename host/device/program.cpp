@@ -58,10 +58,13 @@ std::string generated_text(const Structure& structure) {
     std::string bases;
     for (const DerivativeEntry& entry : layout.entries)
         bases += fmt::format("{}, ", entry.basis);
-    std::string text = fmt::format("#line 1 \"generated\"\n"
-                                   "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
-                                   "#define ENTRY_BASIS {{{}0}}\n",
-                                   layout.basis, layout.entries.size(), layout.planes, bases);
+    std::string text = fmt::format(
+        "#line 1 \"generated\"\n"
+        "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
+        "#define PARAMETERS {}\n#define ENTRY_BASIS {{{}0}}\n",
+        layout.basis, layout.entries.size(), layout.planes,
+        // of a set; where there are tables, there is one set
+        structure.has_tables() ? 0 : std::max<std::size_t>(1, layout.parameters.size()), bases);
     const bool lobes = !structure.lobes.empty();
     text += fmt::format("#define FRESNEL {}\n#define LAST_LOBE {}\n",
                         lobes && structure.lobes.back()->fresnel() ? 1 : 0,
@@ -109,7 +112,8 @@ std::string generated_sampling(const Structure& structure) {
            "theta, "
            "real u1, real u2)\n{\n" +
            draw +
-           "}\nstatic inline void component_densities(geometry q, PARAMETER_SPACE const float* theta, "
+           "}\nstatic inline void component_densities(geometry q, PARAMETER_SPACE const float* "
+           "theta, "
            "real* p)\n{\n" +
            densities + "}\n";
 }
@@ -124,7 +128,7 @@ std::string model_text(const Structure& structure) {
     if (structure.has_tables())
         text = "#define TABLES\n" + text;
     for (const char* shared : {"common.cl", "geometry.cl", "schlick.cl", "beckmann.cl",
-                               "sampling.cl", "cosine_power.cl"})
+                               "sampling.cl", "cosine_power.cl", "trowbridge_reitz.cl"})
         text += with_line(shared);
     if (structure.has_tables())
         text += with_line("distribution.cl") + with_line("grid.cl");
@@ -227,6 +231,12 @@ cl::Program build_generator_program(const Device& device) {
                              "distribution.cl", "grid.cl", "generator.cl"})
         text += with_line(path);
     return built(device, text, "the generator");
+}
+
+cl::Program build_albedo_program(const Device& device, const Structure& structure) {
+    const std::string text = model_text(structure) + with_line("random.cl") +
+                             generated_sampling(structure) + with_line("albedo.cl");
+    return built(device, text, structure.name());
 }
 
 cl::Program build_gram_program(const Device& device) {

@@ -58,6 +58,10 @@ cl::Program build_sample_program(const Device& device, const Structure& structur
 /// Builds generator.cl, which reads tables of distributions.
 cl::Program build_generator_program(const Device& device);
 
+/// Builds albedo.cl for a structure, which must have the anisotropic form. Throws like
+/// build_program.
+cl::Program build_albedo_program(const Device& device, const Structure& structure);
+
 /// Builds gram.cl, which knows no models.
 cl::Program build_gram_program(const Device& device);
 /// Builds peaks.cl, which measures what a device does at most.

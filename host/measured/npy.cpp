@@ -174,8 +174,12 @@ Table read(const MappedFile& file) {
 }
 
 std::string header(std::size_t rows, std::size_t columns) {
-    std::string text = fmt::format(
-        "{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}), }}", rows, columns);
+    return header({rows, columns}, "<f4");
+}
+
+std::string header(const std::vector<std::size_t>& shape, const std::string& type) {
+    std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}{}), }}",
+                                   type, fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
     // Spaces and a line end fill the header up to a multiple of 64 bytes.
     constexpr std::size_t before = magic.size() + 4;
     text.append(63 - (before + text.size()) % 64, ' ');

@@ -208,6 +208,19 @@ std::vector<Model> make_catalogue() {
          true,
          true,
          "ashikhmin-shirley"},
+        {"ggx-uncorrelated",
+         Kind::Lobe,
+         "",
+         "F D G1(wi) G1(wo) / (4 iz oz), D and G1 of ggx",
+         "Walter et al. 2007, Eq. 23",
+         {f0, a},
+         {f0, ax, ay},
+         7,
+         10,
+         true,
+         true,
+         "",
+         "ggx"},
     };
 }
 

@@ -52,6 +52,8 @@ struct Model {
     /// Name as a diffuse shape, in material files and --diffuse, where it is not `name`; such a
     /// model is an option of its lobe, not listed by itself.
     std::string diffuse_name = {};
+    /// A variant of that model, which renderers use: chosen by name, not listed by itself.
+    std::string variant_of = {};
     /// Whether its shape comes from a table that the lobe names (a diffuse shape: the first lobe)
     /// beside its parameters. Its functions then take `table` after theta; it is not fitted.
     bool table = false;
@@ -63,13 +65,12 @@ struct Model {
     /// Whether theta[0] is f0, of which g is an affine function (Schlick's F).
     bool fresnel() const { return !isotropic.empty() && isotropic[0].name == "f0"; }
     /// Whether it stands for itself in lists and in `all`.
-    bool listed() const { return diffuse_name.empty(); }
+    bool listed() const { return diffuse_name.empty() && variant_of.empty(); }
     /// The name as an OpenCL C identifier.
     std::string identifier() const;
 };
 
-/// All models given by parameters, in the order they are listed (those with a diffuse_name are
-/// not).
+/// All models given by parameters, in the order they are listed (see Model::listed).
 const std::vector<Model>& catalogue();
 /// The models whose lobes name a table.
 const std::vector<Model>& table_models();

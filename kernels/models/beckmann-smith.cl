@@ -27,8 +27,9 @@ static inline void beckmann_smith_prepare(geometry q, real* plane)
 // L of a direction, and in *slope its derivative by inverse2 = 1 / a^2, times 2.
 static inline real beckmann_lambda(real inverse2, real* slope)
 {
-    // Beyond a = 10 L vanishes; at grazing inverse2, and so L, may be infinite.
-    const real a = rsqrt(fmin(fmax(inverse2, (real)(1e-2f)), (real)(1e37f)));
+    // Beyond a = 9 L vanishes, and exp(-a^2) would be a denormal number, slow on many processors; at
+    // grazing inverse2, and so L, may be infinite.
+    const real a = rsqrt(fmin(fmax(inverse2, (real)(1.0f / 81)), (real)(1e37f)));
     const real gauss = exp(-a * a);
     // erfc(a) = poly(t) exp(-a^2), to 1.5e-7 (Abramowitz and Stegun 7.1.26).
     const real t = 1.0f / (1.0f + 0.3275911f * a);
@@ -115,7 +116,14 @@ static inline real visible_slope(real sine, real cosine, real u)
     real gauss = exp(-upper * upper);
     const real wanted =
         u * (cosine * half_root_pi * one_plus_erf(upper, gauss) + 0.5f * sine * gauss);
-    real x = fmin((real)(0.0f), 0.5f * (lower + upper));
+    // Newton's steps do not overshoot from a start further out where x < 0, which either part of the
+    // integral alone gives, and from one further in where x > 0: the second part is at most sine / 2.
+    const mask right = wanted > cosine * half_root_pi + 0.5f * sine;
+    const real erf_part = inverse_erf(clamp((wanted - (right ? 0.5f * sine : (real)(0.0f))) / (cosine * half_root_pi) - 1.0f,
+                                            -0.999999f, 0.999999f));
+    const real gauss_part = 2.0f * wanted < sine ? -sqrt(-log(fmax(2.0f * wanted / sine, (real)(1e-9f))))
+                                                 : (real)(4.5f);
+    real x = clamp(right ? fmax(erf_part, (real)(0.0f)) : fmin(erf_part, gauss_part), lower, upper);
     for (int k = 0; k < 14; ++k) {
         gauss = exp(-x * x);
         const real excess =
@@ -123,7 +131,10 @@ static inline real visible_slope(real sine, real cosine, real u)
         upper = excess > 0.0f ? x : upper;
         lower = excess > 0.0f ? lower : x;
         const real next = x - excess / fmax((cosine - x * sine) * gauss, (real)(1e-20f));
+        const real before = x;
         x = next >= lower && next <= upper ? next : 0.5f * (lower + upper);
+        if (!any_of(fabs(x - before) > 1e-5f))
+            break;
     }
     return x;
 }

@@ -18,10 +18,10 @@ static inline real edwards(const real* plane, PARAMETER_SPACE const float* theta
     return g;
 }
 
-// Half vectors from p(h), hz^2 = u2^(1/(e+1)).
+// Half vectors from p(h), hz^2 = u1^(1/(e+1)).
 static inline geometry edwards_sample(vector wo, PARAMETER_SPACE const float* theta, real u1, real u2)
 {
-    return reflected(wo, cosine_power_half(theta[1], theta[2], 2.0f, u1, u2));
+    return reflected(wo, cosine_power_half(theta[1], theta[2], 2.0f, u2, u1));
 }
 
 static inline real edwards_density(geometry q, PARAMETER_SPACE const float* theta)

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "host/table/albedo.hpp"
+
+#include <string>
+#include <vector>
+
+namespace brdfit {
+
+/// Writes an albedo as `.csv` (columns theta, phi in radians, one a channel, <channel>_error, and
+/// `measured` for measured data) or `.exr` (float planes of the same names, a row a phi, a column a
+/// theta). `source` names the material or file in the provenance. Throws UsageError for another
+/// ending.
+void write_albedo(const Albedo& albedo, const std::string& path, const std::string& source);
+
+/// A curve of a plot.
+struct Curve {
+    std::string name;
+    std::vector<double> x, y; ///< y: values that are not finite end a line
+};
+
+/// Writes curves as an SVG picture: x from 0 to 90 degrees, y from 0 to `top`, a legend, and a line
+/// at y = 1. The same bytes for the same curves.
+void write_plot(const std::vector<Curve>& curves, const std::string& title, double top,
+                const std::string& path, const std::string& comment);
+
+} // namespace brdfit

@@ -1,0 +1,332 @@
+// Directional and hemispherical albedos: the kernels against float64 quadrature of the reference
+// equations, the command, and what is measured.
+#include "host/error.hpp"
+#include "host/image/image.hpp"
+#include "host/measured/merl.hpp"
+#include "host/model/synthesise.hpp"
+#include "host/table/albedo.hpp"
+#include "host/table/integrator.hpp"
+#include "host/table/measured_albedo.hpp"
+#include "tests/albedo_reference.hpp"
+#include "tests/support.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace brdfit {
+namespace {
+
+using test::run_program;
+using test::TemporaryFolder;
+
+constexpr double degree = 3.14159265358979323846 / 180;
+
+const Device& device() {
+    static const Device opened = open_device();
+    return opened;
+}
+
+/// A lobe of a model of that roughness (exponent 2 / roughness^2 - 2), f0 = 1.
+Lobe lobe_of(const Model& model, double roughness) {
+    Lobe lobe{&model, true, {}, {1}};
+    for (const Parameter& p : model.isotropic)
+        lobe.theta.push_back(p.name == "f0"          ? 1
+                             : p.scale == Scale::Log ? roughness
+                             : p.scale == Scale::Log1p
+                                 ? std::max(p.lower, 2 / (roughness * roughness) - 2)
+                                 : p.start);
+    return lobe;
+}
+
+Material material_of(const Lobe& lobe) {
+    Material material;
+    material.channels = {"Y"};
+    material.diffuse = &model_named("lambert");
+    material.kd = {0};
+    material.lobes = {lobe};
+    return material;
+}
+
+Material kurt(double m, double alpha) {
+    return material_of({&model_named("kurt"), true, {1, m, alpha}, {1}});
+}
+
+std::vector<std::string> lobe_names() {
+    std::vector<std::string> names;
+    for (const Model& model : catalogue())
+        if (model.kind == Kind::Lobe)
+            names.push_back(model.name);
+    return names;
+}
+
+class EveryAlbedo : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryAlbedo, testing::ValuesIn(lobe_names()),
+                         [](const auto& info) {
+                             std::string name = info.param;
+                             std::replace(name.begin(), name.end(), '-', '_');
+                             return name;
+                         });
+
+// Every roughness from 0.01 to 1 and every angle to 89 degrees, to 1e-4 and within the stated
+// error.
+TEST_P(EveryAlbedo, AgreesWithQuadrature) {
+    const Model& model = model_named(GetParam());
+    AlbedoIntegrator integrator(device(), {&model_named("lambert"), {&model}, false}, 1);
+    // The steep edge of a flat cosine lobe is beyond the reference's panels.
+    const bool lafortune = model.name == "lafortune";
+    std::vector<AlbedoTask> tasks;
+    std::vector<std::pair<Lobe, double>> cases;
+    for (const double roughness : {0.01, 0.1, lafortune ? 0.5 : 1.0})
+        for (const double theta : {0.0, 60.0, 89.0}) {
+            cases.push_back({lobe_of(model, roughness), roughness});
+            tasks.push_back(
+                {direction(theta * degree, 0.3), cases.back().first.anisotropic_theta(), 1e-4, 0});
+        }
+    const std::vector<AlbedoValue> values = integrator.integrate(tasks);
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+        const auto& [lobe, scale] = cases[k];
+        const double expected =
+            test::reference_albedo(model.name, true, lobe.theta, tasks[k].wo, scale);
+        EXPECT_TRUE(values[k].reached);
+        EXPECT_NEAR(values[k].all, expected, 1e-4)
+            << "roughness " << scale << " wo.z " << tasks[k].wo[2];
+        EXPECT_NEAR(values[k].all, expected, values[k].error + 1e-6);
+        EXPECT_LE(values[k].error, std::max(1.0001e-4, 1e-5 * expected));
+    }
+}
+
+TEST(Albedo, OfAnisotropicLobesDependsOnTheAzimuth) {
+    const Lobe lobe{&model_named("ggx"), false, {1, 0.05, 0.6}, {1}};
+    const Albedo found = albedo(device(), material_of(lobe), {4, 4}, 1e-4);
+    for (std::size_t k = 0; k < found.count(); ++k) {
+        if (k % 4 == 3)
+            continue; // the limit at 90 degrees
+        const Vector wo = direction(found.theta[k], found.phi[k]);
+        EXPECT_NEAR(found.values[0][k], test::reference_albedo("ggx", false, lobe.theta, wo, 0.05),
+                    1e-4);
+    }
+    EXPECT_GT(std::abs(found.values[0][2] - found.values[0][6]), 0.01);
+}
+
+TEST(Albedo, AddsUpComponentsByChannel) {
+    Material material = kurt(0.2, 0.1);
+    material.channels = {"R", "G"};
+    material.diffuse = &model_named("kurt-coupled");
+    material.kd = {0.5, 0};
+    material.lobes[0].ks = {0.3, 2};
+    material.lobes[0].theta[0] = 0.1;
+    const Albedo found = albedo(device(), material, {7, 1}, 1e-4);
+    for (std::size_t k = 0; k + 1 < found.count(); ++k) {
+        const Vector wo = direction(found.theta[k], 0);
+        const double lobe = test::reference_albedo("kurt", true, material.lobes[0].theta, wo, 0.2);
+        const double diffuse = test::reference_albedo("kurt-coupled", true, {0.1}, wo, 1);
+        EXPECT_NEAR(found.values[0][k], 0.5 * diffuse + 0.3 * lobe, 1e-4);
+        EXPECT_NEAR(found.values[1][k], 2 * lobe, 1e-4);
+    }
+}
+
+// Kurt et al. 2010, Fig. 3: alpha = 0.5, m = 0.3, f0 = 1 reflects 2.1 times what it receives at 89
+// degrees; at alpha = 0 it never reflects more.
+TEST(Albedo, OfKurtGrowsAboveOneWithAlphaOnly) {
+    const AlbedoGrid grid{91, 1};
+    const Albedo above = albedo(device(), kurt(0.3, 0.5), grid, 1e-4);
+    EXPECT_NEAR(above.values[0][89], 2.1, 0.05);
+    EXPECT_NEAR(above.values[0][89],
+                test::reference_albedo("kurt", true, {1, 0.3, 0.5}, direction(89 * degree, 0), 0.3),
+                1e-4);
+    EXPECT_TRUE(std::isinf(above.values[0][90]));
+    for (const double m : {0.1, 0.3, 0.6}) {
+        const Albedo plain = albedo(device(), kurt(m, 0), grid, 1e-4);
+        EXPECT_LE(*std::max_element(plain.values[0].begin(), plain.values[0].end()), 1);
+    }
+}
+
+TEST(Albedo, StatesInfinityWhereItDiverges) {
+    // At 90 degrees, where sqrt(oz) divides.
+    const Albedo ward =
+        albedo(device(), material_of(lobe_of(model_named("ward"), 0.3)), {3, 1}, 1e-4);
+    EXPECT_TRUE(std::isfinite(ward.values[0][1]));
+    EXPECT_TRUE(std::isinf(ward.values[0][2]));
+    EXPECT_TRUE(std::isfinite(ward.average[0]));
+    // The integral of 1 / iz.
+    const Albedo two = albedo(device(), kurt(1, 2), {3, 1}, 1e-4);
+    EXPECT_TRUE(std::isinf(two.values[0][0]));
+    EXPECT_TRUE(std::isinf(two.average[0]));
+    // Bounded at 90 degrees.
+    const Albedo gmd =
+        albedo(device(), material_of(lobe_of(model_named("ward-gmd"), 0.3)), {3, 1}, 1e-4);
+    EXPECT_TRUE(std::isfinite(gmd.values[0][2]));
+}
+
+// Growing towards the horizon like iz^-0.5.
+TEST(Albedo, IntegratesWhatGrowsTowardsTheHorizon) {
+    const Albedo found = albedo(device(), kurt(0.6, 1.5), {10, 1}, 1e-4);
+    for (const std::size_t k : {0U, 3U, 6U}) {
+        // The reference stops 1e-9 short of the horizon: sqrt(1e-9) of what is there.
+        const double expected =
+            test::reference_albedo("kurt", true, {1, 0.6, 1.5}, direction(found.theta[k], 0), 0.6);
+        EXPECT_NEAR(found.values[0][k], expected, found.errors[0][k] + 2e-4 * expected);
+    }
+}
+
+TEST(Albedo, AveragesOverTheHemisphere) {
+    Material lambert = kurt(0.3, 0);
+    lambert.kd = {0.25};
+    lambert.lobes.clear();
+    EXPECT_NEAR(albedo(device(), lambert, {2, 1}, 1e-4).average[0], 0.25, 1e-4);
+    const Albedo found =
+        albedo(device(), material_of(lobe_of(model_named("ggx"), 0.3)), {2, 1}, 1e-4);
+    const double expected =
+        test::average_over_cosine([](double mu) { return test::ggx_albedo(mu, 0.3).all; });
+    EXPECT_NEAR(found.average[0], expected, 1e-4);
+    EXPECT_LT(found.average_error[0], 3e-4);
+}
+
+TEST(Albedo, RefusesTolerancesOutOfReach) {
+    for (const double tolerance : {0.0, -1e-4, 1e-9, 1.0, std::nan("")})
+        EXPECT_THROW(albedo(device(), kurt(0.3, 0), {2, 1}, tolerance), UsageError) << tolerance;
+}
+
+// A material on MERL's grid has the material's albedo, but for the size of bins.
+TEST(MeasuredAlbedo, OfMerlIsThatOfTheMaterial) {
+    Material material = kurt(0.3, 0.1);
+    material.channels = {"R", "G", "B"};
+    material.kd = {0.3, 0.2, 0.1};
+    material.lobes[0].theta[0] = 0.1;
+    material.lobes[0].ks = {1, 1, 1};
+    Samples samples = synthesise_merl(device(), material, 0, 1, "material");
+    const Albedo truth = albedo(device(), material, {10, 1}, 1e-4);
+    const Albedo found = measured_albedo(samples, {10, 1}, 1e-3);
+    EXPECT_TRUE(on_grid(samples));
+    for (std::size_t k = 0; k < 9; ++k)
+        for (std::size_t ch = 0; ch < 3; ++ch) {
+            EXPECT_NEAR(found.values[ch][k], truth.values[ch][k], 0.01 * truth.values[ch][k]);
+            EXPECT_NEAR(found.measured[k], 1, 0.005);
+        }
+    EXPECT_NEAR(found.average[1], truth.average[1], 0.005);
+    // Half of it unmeasured.
+    for (std::size_t bin = 0; bin < merl::bins; ++bin)
+        if (samples.directions->plane(Directions::HX)[bin] > 0.2F)
+            samples.valid[bin] = 0;
+    const Albedo part = measured_albedo(samples, {10, 1}, 1e-3);
+    EXPECT_LT(part.measured[0], 0.5);
+    EXPECT_LT(part.values[0][0], found.values[0][0]);
+    EXPECT_LT(part.average_measured, 0.6);
+}
+
+TEST(MeasuredAlbedo, OfScatteredSamplesIntegratesWhatWasMeasured) {
+    // A grid of viewers out to 80 degrees of f = 0.3 / pi (1 + cos theta_o), one light direction.
+    Samples samples;
+    samples.source = "grid.csv";
+    samples.channels = {"Y"};
+    std::vector<std::pair<double, double>> viewers;
+    for (int i = 0; i <= 20; ++i)
+        for (int j = 0; j <= 18; ++j)
+            viewers.push_back({4.0 * i * degree, 10.0 * j * degree});
+    Directions directions(viewers.size());
+    for (std::size_t k = 0; k < viewers.size(); ++k) {
+        directions.set(k, direction(0.5, 0), direction(viewers[k].first, viewers[k].second));
+        samples.values.push_back(
+            static_cast<float>(0.3 / 3.14159265 * (1 + std::cos(viewers[k].first))));
+    }
+    samples.directions = std::make_shared<const Directions>(directions);
+    samples.valid.assign(viewers.size(), 1);
+    const Albedo found = measured_albedo(samples, {}, 1e-4);
+    ASSERT_EQ(found.count(), 1U);
+    EXPECT_NEAR(found.theta[0], 0.5, 1e-6);
+    // Integrals of cos (1 + cos): 0.3 (1 + 2 (1 - mu^3) / (3 (1 - mu^2))...) over what is within
+    // reach.
+    EXPECT_GT(found.measured[0], 0.96);
+    EXPECT_LE(found.measured[0], 1);
+    const double mu2 = 1 - found.measured[0], mu = std::sqrt(mu2);
+    EXPECT_NEAR(found.values[0][0], 0.3 * (1 - mu2 + 2.0 / 3 * (1 - mu2 * mu)), 0.005);
+    EXPECT_LT(found.errors[0][0], 0.01);
+    // Unmeasured quarters are not made up.
+    for (std::size_t k = 0; k < viewers.size(); ++k)
+        samples.valid[k] = viewers[k].second < 90 * degree;
+    EXPECT_NEAR(measured_albedo(samples, {}, 1e-4).measured[0], 0.5, 0.12);
+    samples.valid.assign(viewers.size(), 0);
+    EXPECT_THROW(measured_albedo(samples, {}, 1e-4), InputError);
+}
+
+const char* const paint = R"({"brdfit": 1, "channels": ["R", "G"],
+  "diffuse": {"model": "lambert", "kd": [0.1, 0.2]},
+  "lobes": [{"model": "kurt", "ks": [0.5, 1], "f0": 1, "m": 0.3, "alpha": 0.5}]})";
+
+TEST(AlbedoCommand, WritesCsvExrAndPlots) {
+    const TemporaryFolder folder;
+    test::write_file(folder / "paint.json", paint);
+    const auto csv =
+        run_program({"albedo", folder / "paint.json", "--theta", "10", "-o", folder / "a.csv"});
+    ASSERT_EQ(csv.status, 0) << csv.err;
+    EXPECT_NE(csv.out.find("hemispherical albedo"), std::string::npos);
+    EXPECT_NE(csv.out.find("R > 1"), std::string::npos);
+    const std::string text = test::read_file(folder / "a.csv");
+    EXPECT_EQ(text.rfind("# directional albedo of paint.json", 0), 0U);
+    EXPECT_NE(text.find("\ntheta,phi,R,G,R_error,G_error\n"), std::string::npos);
+    EXPECT_NE(text.find("\n1.5707964,0,inf,inf,0,0\n"), std::string::npos);
+
+    const auto exr = run_program(
+        {"albedo", folder / "paint.json", "--theta", "10", "--phi", "3", "-o", folder / "a.exr"});
+    ASSERT_EQ(exr.status, 0) << exr.err;
+    const Image image = read_exr(folder / "a.exr");
+    EXPECT_EQ(image.width, 10U);
+    EXPECT_EQ(image.height, 3U);
+    ASSERT_NE(image.plane("G_error"), nullptr);
+    ASSERT_NE(image.plane("theta"), nullptr);
+    EXPECT_NE(image.metadata.at("axes").find("theta from 0 to pi/2"), std::string::npos);
+    EXPECT_NE(image.metadata.at("software").find("brdfit"), std::string::npos);
+
+    const auto svg = run_program({"albedo", folder / "paint.json", folder / "paint.json", "--theta",
+                                  "10", "--json", "-o", folder / "a.svg"});
+    ASSERT_EQ(svg.status, 0) << svg.err;
+    EXPECT_EQ(test::read_file(folder / "a.svg").rfind("<svg", 0), 0U);
+    const auto json = nlohmann::json::parse(svg.out);
+    ASSERT_EQ(json.size(), 2U);
+    EXPECT_EQ(json[0]["channels"][1]["above_one"], true);
+    EXPECT_GT(json[0]["channels"][1]["hemispherical"].get<double>(), 0.9);
+}
+
+TEST(AlbedoCommand, DoesNotDependOnThreads) {
+    const TemporaryFolder folder;
+    test::write_file(folder / "paint.json", paint);
+    for (const char* threads : {"1", "4"}) {
+        const auto run = run_program({"albedo", folder / "paint.json", "--theta", "5", "-o",
+                                      folder / (std::string(threads) + ".csv")},
+                                     {std::string("POCL_MAX_PTHREAD_COUNT=") + threads});
+        ASSERT_EQ(run.status, 0) << run.err;
+    }
+    EXPECT_EQ(test::read_file(folder / "1.csv"), test::read_file(folder / "4.csv"));
+}
+
+TEST(AlbedoCommand, RefusesBadCommandLines) {
+    const TemporaryFolder folder;
+    const std::string material = folder / "paint.json", out = folder / "a.csv";
+    test::write_file(material, paint);
+    test::write_file(folder / "rows.csv", "theta_i,phi_i,theta_o,phi_o,Y\n0,0,0,0,1\n");
+    const std::vector<std::pair<int, std::vector<std::string>>> cases = {
+        {2, {"--tolerance", "0"}},    {2, {"--tolerance", "-1"}},
+        {2, {"--tolerance", "1e-9"}}, {2, {"--tolerance", "nan"}},
+        {2, {"--theta", "1"}},        {2, {"--theta", "0"}},
+        {2, {"--phi", "0"}},          {2, {"--theta", "2000", "--phi", "2000"}},
+        {2, {"--top", "2"}},          {2, {material}},
+    };
+    for (const auto& [status, extra] : cases) {
+        std::vector<std::string> arguments{"albedo", material, "-o", out};
+        arguments.insert(arguments.end(), extra.begin(), extra.end());
+        const auto run = run_program(arguments);
+        EXPECT_EQ(run.status, status) << extra[0] << run.err;
+        EXPECT_FALSE(run.err.empty());
+    }
+    EXPECT_EQ(run_program({"albedo", material, "-o", folder / "a.txt"}).status, 2);
+    EXPECT_EQ(run_program({"albedo", folder / "none.json", "-o", out}).status, 1);
+    EXPECT_EQ(run_program({"albedo", folder / "rows.csv", "-o", out}).status, 1);
+    EXPECT_EQ(run_program({"albedo", folder / "rows.csv", "--theta", "5", "-o", out}).status, 2);
+    EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+} // namespace
+} // namespace brdfit
