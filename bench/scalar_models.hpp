@@ -41,6 +41,7 @@ inline std::uint32_t mul_hi(std::uint32_t a, std::uint32_t b) {
 #define ROUGHNESSES 1
 #define __global
 #define __constant
+#define PARAMETER_SPACE
 #define PI 3.14159265358979323846
 #define float double // theta and whatever else is scalar on a device
 
@@ -89,6 +90,7 @@ inline double rsqrt(double x) {
 #undef ROUGHNESSES
 #undef __global
 #undef __constant
+#undef PARAMETER_SPACE
 #undef PI
 #undef float
 

@@ -117,6 +117,10 @@ Structure structure_named(const std::string& names, int lobes, const std::string
     const std::vector<std::string> parts = split(names, '+');
     for (const std::string& part : parts) {
         const Model& model = model_named(part);
+        if (model.table)
+            throw UsageError(fmt::format("'{}': {} has a table in place of parameters to fit; "
+                                         "brdfit generate --from recovers one from measurements",
+                                         names, part));
         if (model.kind == Kind::Diffuse) {
             if (parts.size() > 1)
                 throw UsageError(fmt::format("'{}': {} is a diffuse shape, which every fit has; "
@@ -144,6 +148,8 @@ Structure structure_named(const std::string& names, int lobes, const std::string
                                              ? "is a lobe model, no diffuse shape"
                                              : "is unknown"));
         const Model& model = *found;
+        if (model.table)
+            throw UsageError(fmt::format("--diffuse {}: goes with a table; it is not fitted", diffuse));
         if (model.kind == Kind::DiffuseAndLobe &&
             (structure.lobes.empty() || structure.lobes.front()->name != model.lobe))
             throw UsageError(fmt::format("--diffuse {}: the first lobe of '{}' is not {}", diffuse,

@@ -32,7 +32,7 @@ static inline real horizon_density(geometry q, float power)
 // A u1 a little below the one above which wi is above the horizon (see kernels/sampling.cl). Searched
 // in -log(u1), in which the slopes of half vectors are smooth, by secants that keep the root between
 // them and, every third step, a half.
-static inline real rising(int j, vector wo, __constant const float* theta, real u2)
+static inline real rising(int j, vector wo, PARAMETER_SPACE const float* theta, real u2)
 {
     real above = 0.0f;
     real below = 16.5f;
@@ -73,7 +73,7 @@ static inline real dielectric(real c, float ior)
 // Group g handles replicate g % replicates, whose two scrambles are keys[replicate], and part
 // g / replicates of the task's samples; all are multiples of V.
 __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
-    __global const float4* wo_, __global const uint4* tasks, __constant const float* thetas,
+    __global const float4* wo_, __global const uint4* tasks, PARAMETER_SPACE const float* thetas,
     __global const uint2* keys, uint replicates, uint part, __global float* out)
 {
     __local float scratch[LS];
@@ -87,7 +87,7 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
     const uint2 key = keys[group % replicates];
     const uint begin = group / replicates * part;
     const uint end = min(begin + part, task.w);
-    __constant const float* theta = thetas + t * PARAMETERS;
+    PARAMETER_SPACE const float* theta = thetas + t * PARAMETERS;
     const float4 w = wo_[t];
     const vector wo = {(real)(w.x), (real)(w.y), (real)(w.z)};
     real sum[2] = {0.0f, 0.0f};
@@ -131,7 +131,7 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
 
 // The azimuths lie closer and closer to the one opposite to wo, where sharp lobes are: half vectors turn
 // fast there.
-static inline float horizon_value(int j, vector wo, __constant const float* theta, float z)
+static inline float horizon_value(int j, vector wo, PARAMETER_SPACE const float* theta, float z)
 {
     const real r2 = wo.x * wo.x + wo.y * wo.y;
     const mask tilted = r2 > 0.0f;
@@ -159,7 +159,7 @@ static inline float horizon_value(int j, vector wo, __constant const float* thet
 }
 
 __kernel void horizon(__global const float4* wo_, __global const uint4* tasks,
-                      __constant const float* thetas, uint count, __global float* out)
+                      PARAMETER_SPACE const float* thetas, uint count, __global float* out)
 {
     const uint t = get_global_id(0);
     if (t >= count)

@@ -16,7 +16,7 @@ static inline void beckmann_prepare(geometry q, real* plane)
 }
 
 // exp(exponent - t) / (mx my), and in d[] the derivative of its logarithm by each roughness.
-static inline real beckmann(const real* plane, real exponent, __constant const float* m, real* d)
+static inline real beckmann(const real* plane, real exponent, PARAMETER_SPACE const float* m, real* d)
 {
 #if ROUGHNESSES == 1
     const float inverse = 1.0f / m[0];

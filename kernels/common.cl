@@ -15,6 +15,14 @@ typedef JOIN(float, V) real;
 typedef JOIN(int, V) mask;
 #endif
 
+// Where the parameters of a material's lobes are: tables among them (TABLES) are too large for constant
+// memory.
+#ifdef TABLES
+#define PARAMETER_SPACE __global
+#else
+#define PARAMETER_SPACE __constant
+#endif
+
 // For kernels whose work-items do not need each other: i is every vector below `count` of the item's run.
 #define FOR_EACH_OF_RUN(i, count)                                                                  \
     for (uint i = get_global_id(0) * RUN, end_ = min(i + RUN, (uint)(count)); i < end_; ++i)

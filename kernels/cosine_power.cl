@@ -17,7 +17,7 @@ static inline void cosine_power_prepare(geometry q, float scale, real* plane)
 }
 
 // sqrt((nx+1)(ny+1)) exp(exponent) hz^(scale e), and in d[] the derivative of its logarithm by each exponent.
-static inline real cosine_power(const real* plane, real exponent, __constant const float* n, real* d)
+static inline real cosine_power(const real* plane, real exponent, PARAMETER_SPACE const float* n, real* d)
 {
 #if ROUGHNESSES == 1
     d[0] = plane[0] + 1.0f / (n[0] + 1.0f);

@@ -5,7 +5,7 @@
 
 // Basis values and derivative entries at pair i of the directions; whether it is above the horizon.
 static inline mask basis_at(__global const real* directions, uint count, uint i,
-                            __constant const float* theta, real* b, real* d)
+                            PARAMETER_SPACE const float* theta, real* b, real* d)
 {
     const geometry q = read_geometry(directions, count, i);
     const mask above = q.wi_z > 0.0f && q.wo_z > 0.0f;
@@ -16,7 +16,7 @@ static inline mask basis_at(__global const real* directions, uint count, uint i,
 }
 
 // values[channel][i] = sum over j of coefficients[channel][j] b_j; `count` in units of V.
-__kernel void evaluate(__global const real* directions, uint count, __constant const float* theta,
+__kernel void evaluate(__global const real* directions, uint count, PARAMETER_SPACE const float* theta,
                        __global const float* coefficients, int channels, __global real* values)
 {
     FOR_EACH_OF_RUN(i, count)
@@ -35,7 +35,7 @@ __kernel void evaluate(__global const real* directions, uint count, __constant c
 
 // out[j][i]: b_j, then the derivative entries; for checking models one by one.
 __kernel void evaluate_basis(__global const real* directions, uint count,
-                             __constant const float* theta, __global real* out)
+                             PARAMETER_SPACE const float* theta, __global real* out)
 {
     FOR_EACH_OF_RUN(i, count)
     {

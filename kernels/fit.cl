@@ -59,7 +59,7 @@ static inline void read_planes(__global const real* planes, uint stride, uint i,
 #define DEFINE_SUMS(NAME, COUNT, WITH_GRADIENT, WITH_NORMAL)                                       \
     __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void NAME(                            \
         __global const real* planes, __global const real* values, __global const real* weights,   \
-        uint stride, __constant const float* theta, __global const float* coefficients,         \
+        uint stride, PARAMETER_SPACE const float* theta, __global const float* coefficients,         \
         __global float* out)                                                                       \
     {                                                                                              \
         __local float scratch[LS];                                                                 \
@@ -118,7 +118,7 @@ DEFINE_SUMS(normal_sums, NORMAL_SUMS, 1, 1)
 // that do not grow with the channels.
 __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void
 residual_gradient(__global const real* planes, __global const real* values,
-                  __global const real* weights, uint stride, __constant const float* theta,
+                  __global const real* weights, uint stride, PARAMETER_SPACE const float* theta,
                   __global const float* coefficients, __global float* out)
 {
     __local float scratch[LS];
@@ -221,7 +221,7 @@ inline real curvature_cbrt(real p, real q, real slope, int secant)
     __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void NAME(                            \
         __global const real* planes, __global const real* compressed,                             \
         __global const real* solid_angle, __global const real* iz, uint stride,                   \
-        __constant const float* theta, __global const float* coefficients, __global float* out,  \
+        PARAMETER_SPACE const float* theta, __global const float* coefficients, __global float* out,  \
         int secant)                                                                                \
     {                                                                                              \
         __local float scratch[LS];                                                                 \
@@ -278,7 +278,7 @@ DEFINE_LOSS(cbrt_loss, compressed_cbrt, curvature_cbrt)
 __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void
 metric_sums(__global const real* planes, __global const real* values,
             __global const real* solid_angle, __global const real* iz, uint stride,
-            __constant const float* theta, __global const float* coefficients,
+            PARAMETER_SPACE const float* theta, __global const float* coefficients,
             __global float* out)
 {
     __local float scratch[LS];
@@ -312,7 +312,7 @@ metric_sums(__global const real* planes, __global const real* values,
 
 // Rows for the global search, all times sqrt(W): the channels y, then the diffuse shape.
 __kernel void fixed_rows(__global const real* planes, __global const real* values,
-                         __global const real* weights, uint stride, __constant const float* theta,
+                         __global const real* weights, uint stride, PARAMETER_SPACE const float* theta,
                          __global real* rows)
 {
     FOR_EACH_OF_RUN(i, stride)
@@ -329,7 +329,7 @@ __kernel void fixed_rows(__global const real* planes, __global const real* value
 
 // Row first + n: the last lobe's shape at candidate n, times sqrt(W). theta: [candidate][parameters]
 __kernel void shape_rows(__global const real* planes, __global const real* weights, uint stride,
-                         __constant const float* theta, int parameters, uint first,
+                         PARAMETER_SPACE const float* theta, int parameters, uint first,
                          __global real* rows)
 {
     const uint n = get_global_id(1);
@@ -350,8 +350,8 @@ __kernel void shape_rows(__global const real* planes, __global const real* weigh
 #define SHAPE_SUMS (FRESNEL ? 5 + 2 * CHUNK : 2 + CHUNK)
 __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void
 shape_sums(__global const real* planes, __global const real* values, __global const real* weights,
-           uint stride, __constant const float* theta, int parameters, uint count,
-           __constant const float* diffuse_theta, __global float* out)
+           uint stride, PARAMETER_SPACE const float* theta, int parameters, uint count,
+           PARAMETER_SPACE const float* diffuse_theta, __global float* out)
 {
     __local float scratch[LS];
     const uint first = get_group_id(0) * CANDIDATES;

@@ -13,7 +13,7 @@
 #define TABLE_SAMPLES 128
 
 // Fills the table, an entry a work-item, by drawing from each component alone.
-__kernel void tabulate(__constant const float* theta, __global float* table)
+__kernel void tabulate(PARAMETER_SPACE const float* theta, __global float* table)
 {
     const uint entry = get_global_id(0);
     if (entry >= BASIS * HEIGHTS * AZIMUTHS)
@@ -64,7 +64,7 @@ static inline void probabilities(__global const float* table, __global const flo
 // out[0..2][i] wi, out[3][i] pdf, out[4 + channel][i] the weight f iz / pdf; both 0 below the horizon.
 // keys: the seed (Philox), or the three dimensions' scrambles (Sobol).
 __kernel void sample(float4 wo_, uint4 keys, int sobol, uint first, uint count,
-                     __constant const float* theta, __global const float* table,
+                     PARAMETER_SPACE const float* theta, __global const float* table,
                      __global const float* strengths, __global const float* coefficients, int channels,
                      __global real* out)
 {
@@ -124,7 +124,7 @@ __kernel void sample(float4 wo_, uint4 keys, int sobol, uint first, uint count,
 }
 
 // out[i]: density of wi given wo; 0 below the horizon.
-__kernel void density(__global const real* directions, uint count, __constant const float* theta,
+__kernel void density(__global const real* directions, uint count, PARAMETER_SPACE const float* theta,
                       __global const float* table, __global const float* strengths, __global real* out)
 {
     FOR_EACH_OF_RUN(i, count)

@@ -109,11 +109,11 @@ static inline real beckmann_density(geometry q, float mx, float my)
 
 // NAME_sample and NAME_density of a model whose half vectors come from D hz of roughnesses MX, MY.
 #define SAMPLES_BECKMANN(NAME, MX, MY)                                                             \
-    static inline geometry NAME##_sample(vector wo, __constant const float* theta, real u1, real u2) \
+    static inline geometry NAME##_sample(vector wo, PARAMETER_SPACE const float* theta, real u1, real u2) \
     {                                                                                              \
         return beckmann_sample(wo, MX, MY, u1, u2);                                                \
     }                                                                                              \
-    static inline real NAME##_density(geometry q, __constant const float* theta)                   \
+    static inline real NAME##_density(geometry q, PARAMETER_SPACE const float* theta)                   \
     {                                                                                              \
         return beckmann_density(q, MX, MY);                                                        \
     }

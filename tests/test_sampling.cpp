@@ -6,6 +6,7 @@
 #include "host/device/program.hpp"
 #include "host/error.hpp"
 #include "host/model/sample.hpp"
+#include "tests/chi_square.hpp"
 #include "tests/hemisphere.hpp"
 #include "tests/reference_models.hpp"
 #include "tests/support.hpp"
@@ -24,8 +25,6 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 constexpr double degree = pi / 180;
-/// Standard deviations at which a check fails by chance once in 1e9 times.
-constexpr double far_off = 6;
 
 /// A lobe of roughness `across` along y and `along` along x; an exponent n stands for sqrt(2 / n).
 /// The other parameters are typical.
@@ -51,87 +50,6 @@ Material material_of(const std::vector<Lobe>& lobes, double kd) {
     material.kd = {kd};
     material.lobes = lobes;
     return material;
-}
-
-std::vector<Vector> above(const DirectionSamples& samples) {
-    std::vector<Vector> directions;
-    for (std::size_t k = 0; k < samples.count(); ++k)
-        if (samples.wi_z[k] > 0)
-            directions.push_back({samples.wi_x[k], samples.wi_y[k], samples.wi_z[k]});
-    return directions;
-}
-
-/// The first `most` of the directions.
-std::vector<Vector> hints_of(std::vector<Vector> directions, std::size_t most = 16384) {
-    directions.resize(std::min(directions.size(), most));
-    return directions;
-}
-
-/// The cells of the sampler's density at wo.
-Hemisphere density_cells(const Sampler& sampler, const Vector& wo,
-                         const std::vector<Vector>& hints) {
-    return {[&](const std::vector<Vector>& wi) {
-                Directions directions(wi.size());
-                for (std::size_t k = 0; k < wi.size(); ++k)
-                    directions.set(k, wi[k], wo);
-                const std::vector<float> values = sampler.density(directions);
-                return std::vector<double>(values.begin(), values.end());
-            },
-            2e-7, hints};
-}
-
-/// How many standard deviations chi-square is above its mean (Wilson and Hilferty 1931).
-double deviation(double chi2, double degrees) {
-    return (std::cbrt(chi2 / degrees) - (1 - 2 / (9 * degrees))) / std::sqrt(2 / (9 * degrees));
-}
-
-/// Chi-square of `total` samples, those `above` the horizon and the others, against the density.
-void expect_distribution(const Hemisphere& cells, const std::vector<Vector>& above,
-                         std::size_t total) {
-    constexpr double least = 200; // samples a bin
-    const double n = static_cast<double>(total);
-    double chi2 = 0, bins = 0, expected = 0, counted = 0;
-    const auto close = [&] {
-        chi2 += (counted - expected) * (counted - expected) / expected;
-        ++bins;
-        expected = counted = 0;
-    };
-    for (const Hemisphere::Leaf& leaf : cells.count(above)) {
-        expected += n * leaf.integral;
-        counted += static_cast<double>(leaf.count);
-        if (expected >= least)
-            close();
-    }
-    // What is left with what is below the horizon.
-    expected += n * (1 - cells.integral());
-    counted += n - static_cast<double>(above.size());
-    if (expected >= least)
-        close();
-    ASSERT_GE(bins, 20);
-    EXPECT_LT(deviation(chi2, bins - 1), far_off) << chi2 << " in " << bins << " bins";
-}
-
-void expect_samples_follow_density(const Material& material, std::size_t total) {
-    const Sampler sampler(device(), material);
-    for (const double theta : {0.0, 40.0, 80.0, 89.5}) {
-        SCOPED_TRACE(fmt::format("{} from {} degrees", to_json(material)["lobes"].dump(), theta));
-        const Vector wo = direction(theta * degree, 0.4);
-        const DirectionSamples samples = sampler.sample(wo, total, 7, Sequence::Philox);
-        const std::vector<Vector> kept = above(samples);
-        const Hemisphere cells = density_cells(sampler, wo, hints_of(kept));
-        const double share = static_cast<double>(kept.size()) / static_cast<double>(total);
-        EXPECT_LE(cells.integral(), 1 + 2e-4);
-        EXPECT_NEAR(cells.integral(), share,
-                    2e-4 + far_off * std::sqrt(share * (1 - share) / static_cast<double>(total)));
-        expect_distribution(cells, kept, total);
-        for (std::size_t k = 0; k < samples.count(); ++k) {
-            const bool rejected = !(samples.wi_z[k] > 0);
-            ASSERT_TRUE(std::isfinite(samples.weights[k]) && samples.weights[k] >= 0) << k;
-            ASSERT_EQ(samples.pdf[k] == 0, rejected) << k;
-            ASSERT_TRUE(!rejected || samples.weights[k] == 0) << k;
-            ASSERT_NEAR(std::hypot(samples.wi_x[k], samples.wi_y[k], samples.wi_z[k]), 1, 1e-5);
-        }
-    }
 }
 
 struct Moments {

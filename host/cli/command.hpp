@@ -29,6 +29,7 @@ void add_eval(CLI::App& app, const Globals& globals, Action& action);
 void add_demo(CLI::App& app, const Globals& globals, Action& action);
 void add_pdf(CLI::App& app, const Globals& globals, Action& action);
 void add_sample(CLI::App& app, const Globals& globals, Action& action);
+void add_generate(CLI::App& app, const Globals& globals, Action& action);
 void add_albedo(CLI::App& app, const Globals& globals, Action& action);
 void add_table(CLI::App& app, const Globals& globals, Action& action);
 void add_bench(CLI::App& app, const Globals& globals, Action& action);

@@ -47,6 +47,7 @@ Json to_json(const Model& model) {
     json["reciprocal"] = model.reciprocal;
     json["conserves_energy"] = model.conserves_energy;
     const Model& of = model.lobe.empty() ? model : model_named(model.lobe);
+    json["table"] = model.table;
     json["isotropic"] = to_json(of.isotropic);
     json["anisotropic"] = to_json(of.anisotropic);
     return json;
@@ -69,10 +70,14 @@ void print(const Model& model) {
                model.kind == Kind::Lobe ? "lobe" : "diffuse", model.reciprocal ? "" : "not ",
                model.conserves_energy ? "conserves energy" : "may exceed an albedo of 1");
     fmt::print("  {}\n  {}\n", model.shape, model.equation);
-    for (const Model& other : catalogue())
-        if (!other.diffuse_name.empty() && other.lobe == model.name)
-            fmt::print("  with --diffuse {}: {} ({})\n", other.diffuse_name, other.shape,
-                       other.equation);
+    if (model.table)
+        fmt::print("  with a table that brdfit generate makes; not fitted by brdfit fit\n");
+    for (const auto* models : {&catalogue(), &table_models()})
+        for (const Model& other : *models)
+            if (!other.diffuse_name.empty() && other.lobe == model.name)
+                fmt::print("  with {} {}: {} ({})\n",
+                           other.table ? "the diffuse model" : "--diffuse", other.diffuse_name,
+                           other.shape, other.equation);
     // A coupled diffuse shape comes with the parameters of its lobe.
     const Model& of = model.lobe.empty() ? model : model_named(model.lobe);
     for (const Parameter& p : of.isotropic)
@@ -102,9 +107,11 @@ void add_models(CLI::App& app, const Globals&, Action& action) {
     command->callback([options, &action] {
         action = [options] {
             std::vector<Model> chosen;
-            for (const Model& model : catalogue())
-                if (options->name.empty() ? model.listed() : &model == &model_named(options->name))
-                    chosen.push_back(model);
+            for (const auto* models : {&catalogue(), &table_models()})
+                for (const Model& model : *models)
+                    if (options->name.empty() ? model.listed()
+                                              : &model == &model_named(options->name))
+                        chosen.push_back(model);
             if (options->json) {
                 Json json = Json::array();
                 for (const Model& model : chosen)

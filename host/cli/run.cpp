@@ -14,9 +14,9 @@ namespace brdfit::cli {
 
 namespace {
 
-constexpr AddCommand commands[] = {add_devices, add_models, add_info,  add_synth,  add_convert,
-                                   add_fit,     add_eval,   add_pdf,   add_sample, add_albedo,
-                                   add_table,   add_demo,   add_bench, add_tune};
+constexpr AddCommand commands[] = {add_devices, add_models,   add_info, add_synth,  add_convert,
+                                   add_fit,     add_eval,     add_pdf,  add_sample, add_albedo,
+                                   add_table,   add_generate, add_demo, add_bench,  add_tune};
 
 constexpr int bad_input = 1, wrong_usage = 2;
 

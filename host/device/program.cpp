@@ -42,6 +42,14 @@ int first_plane(const std::vector<PlacedModel>& placed, const Model* model) {
         ->first_plane;
 }
 
+// The argument that hands a model its lobe's table: theta ends with each lobe's offset, tables
+// follow (see device_parameters).
+std::string table_argument(const Structure& structure, const Model& model, std::size_t lobe) {
+    if (!model.table)
+        return "";
+    return fmt::format("theta + (int)theta[{}], ", layout_of(structure).parameters.size() + lobe);
+}
+
 // The part of the program that depends on the structure: macros and the two functions that run its
 // models (see kernels/evaluate.cl and kernels/fit.cl).
 std::string generated_text(const Structure& structure) {
@@ -50,11 +58,13 @@ std::string generated_text(const Structure& structure) {
     std::string bases;
     for (const DerivativeEntry& entry : layout.entries)
         bases += fmt::format("{}, ", entry.basis);
-    std::string text = fmt::format("#line 1 \"generated\"\n"
-                                   "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
-                                   "#define PARAMETERS {}\n#define ENTRY_BASIS {{{}0}}\n",
-                                   layout.basis, layout.entries.size(), layout.planes,
-                                   std::max<std::size_t>(1, layout.parameters.size()), bases);
+    std::string text = fmt::format(
+        "#line 1 \"generated\"\n"
+        "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
+        "#define PARAMETERS {}\n#define ENTRY_BASIS {{{}0}}\n",
+        layout.basis, layout.entries.size(), layout.planes,
+        // of a set; where there are tables, there is one set
+        structure.has_tables() ? 0 : std::max<std::size_t>(1, layout.parameters.size()), bases);
     const bool lobes = !structure.lobes.empty();
     text += fmt::format("#define FRESNEL {}\n#define LAST_LOBE {}\n",
                         lobes && structure.lobes.back()->fresnel() ? 1 : 0,
@@ -63,18 +73,18 @@ std::string generated_text(const Structure& structure) {
     for (const PlacedModel& p : placed)
         text +=
             fmt::format("    {}_prepare(q, plane + {});\n", p.model->identifier(), p.first_plane);
-    text += "}\nstatic inline void material_basis(const real* plane, __constant const float* "
-            "theta, real* b, "
-            "real* d)\n{\n";
+    text += "}\nstatic inline void material_basis(const real* plane, PARAMETER_SPACE const float* "
+            "theta, real* b, real* d)\n{\n";
     const int diffuse_entry = layout.lobe_begin.back();
-    text +=
-        fmt::format("    b[0] = {}(plane + {}, theta, d + {});\n", structure.diffuse->identifier(),
-                    first_plane(placed, structure.diffuse), diffuse_entry);
+    text += fmt::format("    b[0] = {}(plane + {}, theta, {}d + {});\n",
+                        structure.diffuse->identifier(), first_plane(placed, structure.diffuse),
+                        table_argument(structure, *structure.diffuse, 0), diffuse_entry);
     for (std::size_t l = 0; l < structure.lobes.size(); ++l)
         text +=
-            fmt::format("    b[{}] = {}(plane + {}, theta + {}, d + {});\n", l + 1,
+            fmt::format("    b[{}] = {}(plane + {}, theta + {}, {}d + {});\n", l + 1,
                         structure.lobes[l]->identifier(), first_plane(placed, structure.lobes[l]),
-                        layout.lobe_begin[l], layout.lobe_begin[l]);
+                        layout.lobe_begin[l], table_argument(structure, *structure.lobes[l], l),
+                        layout.lobe_begin[l]);
     return text + "}\n";
 }
 
@@ -88,16 +98,22 @@ std::string generated_sampling(const Structure& structure) {
         const int begin = layout.lobe_begin[l];
         if (l + 1 < structure.lobes.size())
             draw += fmt::format("    if (j == {})\n    ", l + 1);
-        draw += fmt::format("    return {}_sample(wo, theta + {}, u1, u2);\n", name, begin);
-        densities += fmt::format("    p[{}] = {}_density(q, theta + {});\n", l + 1, name, begin);
+        std::string table = table_argument(structure, *structure.lobes[l], l);
+        draw +=
+            fmt::format("    return {}_sample(wo, theta + {}, {}u1, u2);\n", name, begin, table);
+        if (!table.empty()) // the last argument
+            table = ", " + table.substr(0, table.size() - 2);
+        densities +=
+            fmt::format("    p[{}] = {}_density(q, theta + {}{});\n", l + 1, name, begin, table);
     }
     if (structure.lobes.empty())
         draw = "    return cosine_sample(wo, u1, u2);\n";
-    return "static inline geometry component_sample(int j, vector wo, __constant const float* "
+    return "static inline geometry component_sample(int j, vector wo, PARAMETER_SPACE const float* "
            "theta, "
            "real u1, real u2)\n{\n" +
            draw +
-           "}\nstatic inline void component_densities(geometry q, __constant const float* theta, "
+           "}\nstatic inline void component_densities(geometry q, PARAMETER_SPACE const float* "
+           "theta, "
            "real* p)\n{\n" +
            densities + "}\n";
 }
@@ -109,9 +125,13 @@ std::string with_line(const std::string& path) {
 // The structure's models and the functions that run them.
 std::string model_text(const Structure& structure) {
     std::string text = fmt::format("#define ROUGHNESSES {}\n", structure.isotropic ? 1 : 2);
+    if (structure.has_tables())
+        text = "#define TABLES\n" + text;
     for (const char* shared : {"common.cl", "geometry.cl", "schlick.cl", "beckmann.cl",
                                "sampling.cl", "cosine_power.cl", "trowbridge_reitz.cl"})
         text += with_line(shared);
+    if (structure.has_tables())
+        text += with_line("distribution.cl") + with_line("grid.cl");
     for (const PlacedModel& p : placed_models(structure))
         text += with_line(fmt::format("models/{}.cl", p.model->name));
     return text + generated_text(structure);
@@ -148,6 +168,10 @@ std::string Structure::name() const {
     for (std::size_t l = 1; l < lobes.size() && !one_model; ++l)
         text += "+" + lobes[l]->name;
     return text;
+}
+
+bool Structure::has_tables() const {
+    return std::any_of(lobes.begin(), lobes.end(), [](const Model* m) { return m->table; });
 }
 
 std::string Structure::key() const {
@@ -190,7 +214,8 @@ cl::Program build_program(const Device& device, const Structure& structure, int 
                           int chunk) {
     const std::string text =
         fmt::format("#define CHANNELS {}\n#define CHUNK {}\n", channels, chunk) +
-        model_text(structure) + with_line("evaluate.cl") + with_line("fit.cl");
+        model_text(structure) + with_line("evaluate.cl") +
+        (structure.has_tables() ? "" : with_line("fit.cl")); // what has tables is not fitted
     return built(device, text, structure.name());
 }
 
@@ -198,6 +223,14 @@ cl::Program build_sample_program(const Device& device, const Structure& structur
     const std::string text = model_text(structure) + with_line("random.cl") +
                              generated_sampling(structure) + with_line("sample.cl");
     return built(device, text, structure.name());
+}
+
+cl::Program build_generator_program(const Device& device) {
+    std::string text = "#define TABLES\n#define ROUGHNESSES 2\n";
+    for (const char* path : {"common.cl", "geometry.cl", "schlick.cl", "sampling.cl",
+                             "distribution.cl", "grid.cl", "generator.cl"})
+        text += with_line(path);
+    return built(device, text, "the generator");
 }
 
 cl::Program build_albedo_program(const Device& device, const Structure& structure) {

@@ -17,6 +17,8 @@ struct Structure {
     /// For people and file names: "kurt" for any number of kurt lobes, "kurt+ward" for a mixture; a
     /// coupled diffuse shape stands for its lobe.
     std::string name() const;
+    /// Whether a lobe's model reads a table (Model::table).
+    bool has_tables() const;
     /// Unlike for structures that differ.
     std::string key() const;
 };
@@ -43,15 +45,18 @@ StructureLayout layout_of(const Structure& structure);
 /// Throws InputError for a file that is missing there.
 std::string kernel_source(const std::string& path);
 
-/// Builds the kernels evaluate.cl and fit.cl for a structure and files of `channels` channels,
-/// handled `chunk` at once. Throws InputError with the build log, whose lines carry the kernel
-/// file's name.
+/// Builds the kernels evaluate.cl and, unless it has tables, fit.cl for a structure and files of
+/// `channels` channels, handled `chunk` at once. Throws InputError with the build log, whose lines
+/// carry the kernel file's name.
 cl::Program build_program(const Device& device, const Structure& structure, int channels,
                           int chunk);
 
 /// Builds sample.cl for a structure, which must have the anisotropic form. Throws like
 /// build_program.
 cl::Program build_sample_program(const Device& device, const Structure& structure);
+
+/// Builds generator.cl, which reads tables of distributions.
+cl::Program build_generator_program(const Device& device);
 
 /// Builds albedo.cl for a structure, which must have the anisotropic form. Throws like
 /// build_program.

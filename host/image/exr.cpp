@@ -8,8 +8,11 @@
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
-#include <ImfInputFile.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
+#include <ImfMultiPartOutputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfOutputPart.h>
 #include <ImfPartType.h>
 #include <ImfStringAttribute.h>
 
@@ -71,12 +74,10 @@ std::map<std::string, std::string> string_attributes(const Imf::Header& header) 
     return found;
 }
 
-Image read_exr(const MappedFile& file) {
-    BytesIn stream(file);
-    Imf::InputFile input(stream, 0);
-    const Imf::Header& header = input.header();
+Image read_part(Imf::MultiPartInputFile& input, int number, std::size_t bytes) {
+    const Imf::Header& header = input.header(number);
     if (header.hasType() && !Imf::isImage(header.type()))
-        throw InputError("the first part is deep; expected a flat image");
+        throw InputError(fmt::format("part {} is deep; expected a flat image", number));
     const Imath::Box2i window = header.dataWindow();
     Image image;
     image.width = static_cast<std::size_t>(std::int64_t{window.max.x} - window.min.x + 1);
@@ -88,36 +89,51 @@ Image read_exr(const MappedFile& file) {
                 "channel {} is subsampled; expected a value for every pixel", c.name()));
         image.channels.emplace_back(c.name());
     }
-    check_image_size(image.width, image.height, image.channels.size(), file.bytes().size());
+    check_image_size(image.width, image.height, image.channels.size(), bytes);
 
     Imf::FrameBuffer frame;
     for (const std::string& channel : image.channels) {
         std::vector<float>& plane = image.planes.emplace_back(image.width * image.height);
         frame.insert(channel, Imf::Slice::Make(Imf::FLOAT, plane.data(), window));
     }
-    input.setFrameBuffer(frame);
-    input.readPixels(window.min.y, window.max.y);
+    Imf::InputPart part(input, number);
+    part.setFrameBuffer(frame);
+    part.readPixels(window.min.y, window.max.y);
     return image;
 }
 
-} // namespace
-
-const std::vector<float>* Image::plane(const std::string& channel) const {
-    const auto found = std::find(channels.begin(), channels.end(), channel);
-    return found == channels.end() ? nullptr
-                                   : &planes[static_cast<std::size_t>(found - channels.begin())];
-}
-
-Image read_exr(const std::string& path) {
+// The first `most` parts.
+std::vector<Image> read_parts(const std::string& path, int most) {
+    constexpr int most_parts = 1024;
     const MappedFile file(path);
     try {
-        return read_exr(file);
+        BytesIn stream(file);
+        Imf::MultiPartInputFile input(stream, 0);
+        if (input.parts() > most_parts)
+            throw InputError(
+                fmt::format("{} parts; expected at most {}", input.parts(), most_parts));
+        std::vector<Image> images;
+        std::size_t values = 0;
+        for (int k = 0; k < std::min(most, input.parts()); ++k) {
+            images.push_back(read_part(input, k, file.bytes().size()));
+            const Image& image = images.back();
+            values += image.width * image.height * image.channels.size();
+            check_image_size(values, 1, 1, file.bytes().size());
+        }
+        return images;
     } catch (const std::exception& e) {
         throw InputError(fmt::format("{}: not a readable OpenEXR image: {}", path, e.what()));
     }
 }
 
-void write_exr(const Image& image, const std::string& path, ExrPixel pixel) {
+// Header, pixels and what holds them until they are written.
+struct Outgoing {
+    Imf::Header header;
+    Imf::FrameBuffer frame;
+    std::vector<std::vector<half>> halves;
+};
+
+void prepare(const Image& image, const std::string& path, ExrPixel pixel, Outgoing& out) {
     constexpr auto most = static_cast<std::size_t>(std::numeric_limits<int>::max());
     std::vector<std::string> names = image.channels;
     std::sort(names.begin(), names.end());
@@ -131,35 +147,83 @@ void write_exr(const Image& image, const std::string& path, ExrPixel pixel) {
             fmt::format("{}: an image of {} x {} must have distinct channels, each with a "
                         "plane of that size",
                         path, image.width, image.height));
-    Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
-    header.compression() = Imf::ZIP_COMPRESSION;
+    out.header = Imf::Header(static_cast<int>(image.width), static_cast<int>(image.height));
+    out.header.compression() = Imf::ZIP_COMPRESSION;
     for (const auto& [name, text] : image.metadata)
-        header.insert(name, Imf::StringAttribute(text));
-    Imf::FrameBuffer frame;
-    std::vector<std::vector<half>> halves;
+        out.header.insert(name, Imf::StringAttribute(text));
+    out.halves.reserve(image.channels.size());
     for (std::size_t ch = 0; ch < image.channels.size(); ++ch) {
         const bool half_float = pixel == ExrPixel::Half;
-        header.channels().insert(image.channels[ch],
-                                 Imf::Channel(half_float ? Imf::HALF : Imf::FLOAT));
+        out.header.channels().insert(image.channels[ch],
+                                     Imf::Channel(half_float ? Imf::HALF : Imf::FLOAT));
         const std::vector<float>& plane = image.planes[ch];
         if (half_float)
-            halves.emplace_back(plane.begin(), plane.end());
-        void* const data = half_float ? static_cast<void*>(halves.back().data())
+            out.halves.emplace_back(plane.begin(), plane.end());
+        void* const data = half_float ? static_cast<void*>(out.halves.back().data())
                                       : const_cast<float*>(plane.data()); // only read
-        frame.insert(image.channels[ch], Imf::Slice::Make(half_float ? Imf::HALF : Imf::FLOAT, data,
-                                                          header.dataWindow()));
+        out.frame.insert(image.channels[ch], Imf::Slice::Make(half_float ? Imf::HALF : Imf::FLOAT,
+                                                              data, out.header.dataWindow()));
     }
+}
+
+void save(const BytesOut& stream, const std::string& path) {
+    OutputFile file(path);
+    file.write(stream.bytes());
+    file.commit();
+}
+
+} // namespace
+
+const std::vector<float>* Image::plane(const std::string& channel) const {
+    const auto found = std::find(channels.begin(), channels.end(), channel);
+    return found == channels.end() ? nullptr
+                                   : &planes[static_cast<std::size_t>(found - channels.begin())];
+}
+
+Image read_exr(const std::string& path) {
+    return std::move(read_parts(path, 1).front());
+}
+
+std::vector<Image> read_exr_parts(const std::string& path) {
+    return read_parts(path, std::numeric_limits<int>::max());
+}
+
+void write_exr(const Image& image, const std::string& path, ExrPixel pixel) {
+    Outgoing out;
+    prepare(image, path, pixel, out);
     BytesOut stream(path);
     try {
-        Imf::OutputFile output(stream, header, 0);
-        output.setFrameBuffer(frame);
+        Imf::OutputFile output(stream, out.header, 0);
+        output.setFrameBuffer(out.frame);
         output.writePixels(static_cast<int>(image.height));
     } catch (const std::exception& e) {
         throw InputError(fmt::format("{}: cannot write OpenEXR: {}", path, e.what()));
     }
-    OutputFile file(path);
-    file.write(stream.bytes());
-    file.commit();
+    save(stream, path);
+}
+
+void write_exr_parts(const std::vector<Image>& parts, const std::string& path, ExrPixel pixel) {
+    std::vector<Outgoing> all(parts.size());
+    std::vector<Imf::Header> headers;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        prepare(parts[k], path, pixel, all[k]);
+        all[k].header.setType(Imf::SCANLINEIMAGE);
+        all[k].header.displayWindow() = all[0].header.displayWindow(); // shared by all parts
+        headers.push_back(all[k].header);
+    }
+    BytesOut stream(path);
+    try {
+        Imf::MultiPartOutputFile output(stream, headers.data(), static_cast<int>(headers.size()),
+                                        false, 0);
+        for (std::size_t k = 0; k < parts.size(); ++k) {
+            Imf::OutputPart part(output, static_cast<int>(k));
+            part.setFrameBuffer(all[k].frame);
+            part.writePixels(static_cast<int>(parts[k].height));
+        }
+    } catch (const std::exception& e) {
+        throw InputError(fmt::format("{}: cannot write OpenEXR: {}", path, e.what()));
+    }
+    save(stream, path);
 }
 
 } // namespace brdfit

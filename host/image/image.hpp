@@ -29,6 +29,14 @@ Image read_exr(const std::string& path);
 /// UsageError where planes and sizes disagree or names repeat.
 void write_exr(const Image& image, const std::string& path, ExrPixel pixel);
 
+/// All parts of an OpenEXR file, each as read_exr reads the first; metadata `name` is a part's
+/// name. Throws InputError like read_exr, and where there are more than 1024 parts or their values
+/// exceed the limit together.
+std::vector<Image> read_exr_parts(const std::string& path);
+/// Writes images of any sizes as the parts of one file; each has metadata `name`, all different.
+/// Throws like write_exr.
+void write_exr_parts(const std::vector<Image>& parts, const std::string& path, ExrPixel pixel);
+
 /// The image of a PNG file of any kind, as linear light in [0, 1] (files without gamma: sRGB, at 16
 /// bits linear): channel Y where it is grey, otherwise R, G, B; what is transparent is black.
 /// Throws InputError naming the file where it is missing, broken, truncated or larger than 2^26

@@ -224,6 +224,49 @@ std::vector<Model> make_catalogue() {
     };
 }
 
+std::vector<Model> make_table_models() {
+    const std::string paper = "Ashikhmin, Premoze, Shirley 2000";
+    std::vector<Model> models = {
+        {"microfacet",
+         Kind::Lobe,
+         "",
+         "p(h) <h.n> F / (4 g(wi) g(wo)), p and g of a table",
+         paper + ", Eq. 26",
+         {f0},
+         {f0},
+         10,
+         10,
+         true,
+         false},
+        {"microfacet-lambertian",
+         Kind::Lobe,
+         "",
+         "P(wi, wo) / (iz oz <h.n>) integral of (wi.h)+ (wo.h)+ p(h) / pi dw, of a table",
+         paper + ", Eq. 33",
+         {},
+         {},
+         6,
+         6,
+         true,
+         false},
+        {"microfacet-diffuse",
+         Kind::DiffuseAndLobe,
+         "microfacet",
+         "c (1 - R(wi)) (1 - R(wo)), R of the first lobe",
+         paper + ", Eq. 28-30",
+         {},
+         {},
+         6,
+         6,
+         true,
+         true,
+         "microfacet"},
+    };
+    for (Model& model : models)
+        model.table = true;
+    return models;
+}
+
 } // namespace
 
 std::string Model::identifier() const {
@@ -237,10 +280,16 @@ const std::vector<Model>& catalogue() {
     return models;
 }
 
+const std::vector<Model>& table_models() {
+    static const std::vector<Model> models = make_table_models();
+    return models;
+}
+
 const Model* find_model(const std::string& name) {
-    for (const Model& model : catalogue())
-        if (model.name == name)
-            return &model;
+    for (const auto* models : {&catalogue(), &table_models()})
+        for (const Model& model : *models)
+            if (model.name == name)
+                return &model;
     return nullptr;
 }
 
@@ -248,16 +297,18 @@ const Model& model_named(const std::string& name) {
     if (const Model* model = find_model(name))
         return *model;
     std::string known;
-    for (const Model& model : catalogue())
-        if (model.listed())
-            known += (known.empty() ? "" : ", ") + model.name;
+    for (const auto* models : {&catalogue(), &table_models()})
+        for (const Model& model : *models)
+            if (model.listed())
+                known += (known.empty() ? "" : ", ") + model.name;
     throw UsageError(fmt::format("unknown model '{}'; known: {}", name, known));
 }
 
 const Model* find_diffuse(const std::string& name) {
-    for (const Model& model : catalogue())
-        if (model.kind != Kind::Lobe && diffuse_name_of(model) == name)
-            return &model;
+    for (const auto* models : {&catalogue(), &table_models()})
+        for (const Model& model : *models)
+            if (model.kind != Kind::Lobe && diffuse_name_of(model) == name)
+                return &model;
     return nullptr;
 }
 

@@ -54,6 +54,9 @@ struct Model {
     std::string diffuse_name = {};
     /// A variant of that model, which renderers use: chosen by name, not listed by itself.
     std::string variant_of = {};
+    /// Whether its shape comes from a table that the lobe names (a diffuse shape: the first lobe)
+    /// beside its parameters. Its functions then take `table` after theta; it is not fitted.
+    bool table = false;
 
     const std::vector<Parameter>& parameters(bool iso) const {
         return iso ? isotropic : anisotropic;
@@ -67,9 +70,11 @@ struct Model {
     std::string identifier() const;
 };
 
-/// All models, in the order they are listed (see Model::listed).
+/// All models given by parameters, in the order they are listed (see Model::listed).
 const std::vector<Model>& catalogue();
-/// The model of that name, or nullptr.
+/// The models whose lobes name a table.
+const std::vector<Model>& table_models();
+/// The model of that name, with or without a table, or nullptr.
 const Model* find_model(const std::string& name);
 /// The model of that name. Throws UsageError listing the known names.
 const Model& model_named(const std::string& name);

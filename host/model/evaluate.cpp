@@ -2,8 +2,10 @@
 
 #include "host/device/buffer.hpp"
 #include "host/device/program.hpp"
+#include "host/error.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 
 namespace brdfit {
 
@@ -50,6 +52,34 @@ std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
     return result;
 }
 
+std::vector<float> device_parameters(const Material& material, bool isotropic) {
+    std::vector<float> words;
+    bool tables = false;
+    for (const Lobe& lobe : material.lobes) {
+        const std::vector<double> theta = isotropic ? lobe.theta : lobe.anisotropic_theta();
+        words.insert(words.end(), theta.begin(), theta.end());
+        tables = tables || lobe.model->table;
+    }
+    if (!tables)
+        return words;
+    const std::size_t offsets = words.size();
+    words.resize(offsets + material.lobes.size());
+    for (std::size_t l = 0; l < material.lobes.size(); ++l) {
+        const Lobe& lobe = material.lobes[l];
+        if (!lobe.model->table)
+            continue;
+        words[offsets + l] = static_cast<float>(words.size());
+        const std::vector<float> packed = pack(*lobe.table, lobe.theta.empty() ? 0 : lobe.theta[0],
+                                               lobe.correlated, material.metal);
+        words.insert(words.end(), packed.begin(), packed.end());
+    }
+    if (words.size() > std::size_t{1} << 24)
+        throw InputError(fmt::format("the material's tables have {} values; expected at most 2^24, "
+                                     "what kernels can address",
+                                     words.size()));
+    return words;
+}
+
 std::vector<float> evaluate(const Device& device, const Material& material,
                             const Directions& directions) {
     Structure structure;
@@ -58,22 +88,19 @@ std::vector<float> evaluate(const Device& device, const Material& material,
                                       [](const Lobe& lobe) { return lobe.isotropic; });
     const std::size_t channels = material.channels.size();
     const std::size_t basis = 1 + material.lobes.size();
-    std::vector<double> theta;
     std::vector<double> coefficients(channels * basis);
     for (std::size_t ch = 0; ch < channels; ++ch)
         coefficients[ch * basis] = material.kd[ch];
     for (std::size_t l = 0; l < material.lobes.size(); ++l) {
         const Lobe& lobe = material.lobes[l];
         structure.lobes.push_back(lobe.model);
-        const std::vector<double> values =
-            structure.isotropic ? lobe.theta : lobe.anisotropic_theta();
-        theta.insert(theta.end(), values.begin(), values.end());
         for (std::size_t ch = 0; ch < channels; ++ch)
             coefficients[ch * basis + l + 1] = lobe.ks[ch];
     }
     const cl::Program program = build_program(device, structure, 1, 1);
     cl::Kernel kernel(program, "evaluate");
-    const cl::Buffer theta_buffer = upload(device, to_float(theta));
+    const cl::Buffer theta_buffer =
+        upload(device, device_parameters(material, structure.isotropic));
     const cl::Buffer coefficient_buffer = upload(device, to_float(coefficients));
     kernel.setArg(2, theta_buffer);
     kernel.setArg(3, coefficient_buffer);
@@ -83,6 +110,8 @@ std::vector<float> evaluate(const Device& device, const Material& material,
 
 ModelValues evaluate_model(const Device& device, const Model& model, bool isotropic,
                            const std::vector<double>& theta, const Directions& directions) {
+    if (model.table)
+        throw UsageError(fmt::format("{} needs a table; evaluate a material with it", model.name));
     Structure structure;
     structure.isotropic = isotropic;
     const bool lobe = model.kind == Kind::Lobe;

@@ -8,6 +8,10 @@
 
 namespace brdfit {
 
+/// theta of all lobes, each in the isotropic form or not, as kernels read it. Where a lobe has a
+/// table, the offset of each lobe's table follows (0: none) and then the tables.
+std::vector<float> device_parameters(const Material& material, bool isotropic);
+
 /// The material's BRDF in 1/sr at each pair of directions, [channel][pair]: 0 below the horizon,
 /// finite everywhere.
 std::vector<float> evaluate(const Device& device, const Material& material,
@@ -21,7 +25,8 @@ struct ModelValues {
 };
 
 /// g (Kind::Lobe) or the diffuse shape (the others; theta is then empty, or f0 alone where the
-/// shape depends on it) at each pair of directions, in the isotropic or anisotropic form.
+/// shape depends on it) at each pair of directions, in the isotropic or anisotropic form. Throws
+/// UsageError for a model that reads a table.
 ModelValues evaluate_model(const Device& device, const Model& model, bool isotropic,
                            const std::vector<double>& theta, const Directions& directions);
 

@@ -2,10 +2,12 @@
 
 #include "host/error.hpp"
 #include "host/file.hpp"
+#include "host/json.hpp"
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <fmt/format.h>
 #include <limits>
 #include <set>
@@ -14,153 +16,8 @@ namespace brdfit {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr std::size_t max_channels = 4096;
 constexpr std::size_t max_bytes = std::size_t{16} << 20;
-constexpr int max_depth = 32; // copying and printing JSON recurse
-constexpr std::size_t line_width = 100;
-
-/// `text` shortened to what a message can hold, never within a UTF-8 character.
-std::string shortened(std::string text, std::size_t length = 60) {
-    if (text.size() <= length)
-        return text;
-    while (length > 0 && (static_cast<unsigned char>(text[length]) & 0xC0) == 0x80)
-        --length;
-    text.resize(length);
-    return text + "...";
-}
-
-/// A key as it stands in a path: as it is when it is a plain word, otherwise quoted.
-std::string shown_key(const std::string& key) {
-    const bool plain = !key.empty() && std::all_of(key.begin(), key.end(), [](unsigned char c) {
-        return std::isalnum(c) != 0 || c == '_' || c == '-';
-    });
-    return shortened(plain ? key : Json(key).dump());
-}
-
-/// A value as a message shows it.
-std::string shown(const Json& value) {
-    if (value.is_object())
-        return "an object";
-    return value.is_array() ? "an array" : shortened(value.dump());
-}
-
-/// Where in which file: the source's name and the path of keys.
-struct Place {
-    const std::string& source;
-    std::string path;
-
-    Place member(const std::string& key) const {
-        return {source, path + (path.empty() ? "" : ".") + shown_key(key)};
-    }
-    Place element(std::size_t i) const { return {source, fmt::format("{}[{}]", path, i)}; }
-
-    [[noreturn]] void fail(const std::string& problem) const {
-        throw InputError(path.empty() ? fmt::format("{}: {}", source, problem)
-                                      : fmt::format("{}: {}: {}", source, path, problem));
-    }
-    [[noreturn]] void fail(const Json& value, const std::string& expected) const {
-        fail(fmt::format("is {}; expected {}", shown(value), expected));
-    }
-};
-
-/// Refuses what the parser accepts silently: a key given twice, and nesting too deep for the
-/// recursions of whoever copies or prints the result.
-class Guard {
-  public:
-    explicit Guard(const std::string& source) : source_(source) {}
-
-    bool operator()(int depth, Json::parse_event_t event, const Json& parsed) {
-        using Event = Json::parse_event_t;
-        switch (event) {
-        case Event::key:
-            open_.back().key = parsed.get<std::string>();
-            if (!open_.back().keys.insert(open_.back().key).second)
-                place().fail("is given twice; expected once");
-            break;
-        case Event::object_start:
-        case Event::array_start:
-            count_element();
-            if (depth >= max_depth)
-                Place{source_, ""}.fail(
-                    fmt::format("is nested too deeply; expected at most {} levels", max_depth));
-            open_.push_back({event == Event::array_start, {}, {}, 0});
-            break;
-        case Event::value:
-            count_element();
-            break;
-        case Event::object_end:
-        case Event::array_end:
-            open_.pop_back();
-            break;
-        }
-        return true;
-    }
-
-  private:
-    struct Container {
-        bool array;
-        std::string key;
-        std::set<std::string> keys;
-        std::size_t elements;
-    };
-
-    void count_element() {
-        if (!open_.empty())
-            ++open_.back().elements;
-    }
-    Place place() const {
-        Place at{source_, ""};
-        for (const Container& container : open_)
-            at.path = container.array ? at.element(container.elements - 1).path
-                                      : at.member(container.key).path;
-        return at;
-    }
-
-    const std::string& source_;
-    std::vector<Container> open_;
-};
-
-Json parse_json(const std::string& text, const std::string& source) {
-    try {
-        return Json::parse(text, Guard(source));
-    } catch (const Json::exception& error) {
-        std::string what = error.what(); // "[json.exception.NAME.ID] message"
-        const auto end = what.find("] ");
-        if (end != std::string::npos)
-            what.erase(0, end + 2);
-        throw InputError(
-            fmt::format("{}: is no JSON: {}; expected a material", source, shortened(what, 200)));
-    }
-}
-
-void check_object(const Json& value, const Place& at, const std::string& expected) {
-    if (!value.is_object())
-        at.fail(value, expected);
-}
-
-void check_keys(const Json& object, const Place& at, const std::vector<std::string>& allowed) {
-    for (const auto& [key, value] : object.items())
-        if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
-            at.member(key).fail(
-                fmt::format("is an unknown key; expected one of {}", fmt::join(allowed, ", ")));
-}
-
-const Json& required(const Json& object, const Place& at, const std::string& key,
-                     const std::string& expected) {
-    const auto found = object.find(key);
-    if (found == object.end())
-        at.member(key).fail("is missing; expected " + expected);
-    return *found;
-}
-
-double parse_number(const Json& value, const Place& at, double lower, double upper) {
-    const double number = value.is_number() ? value.get<double>() : std::nan("");
-    if (!(number >= lower && number <= upper))
-        at.fail(value, fmt::format("a number in [{:.6g}, {:.6g}]", lower, upper));
-    return number;
-}
 
 /// kd or ks: a strength for each channel. Kernels hold it as float32.
 std::vector<double> parse_strengths(const Json& object, const Place& at, const std::string& key,
@@ -185,9 +42,10 @@ std::vector<double> parse_strengths(const Json& object, const Place& at, const s
 /// The model an object names, when its kind is `lobe` (a lobe) or not (a diffuse shape).
 const Model& parse_model(const Json& object, const Place& at, bool lobe) {
     std::vector<std::string> known;
-    for (const Model& model : catalogue())
-        if ((model.kind == Kind::Lobe) == lobe)
-            known.push_back(lobe ? model.name : diffuse_name_of(model));
+    for (const auto* models : {&catalogue(), &table_models()})
+        for (const Model& model : *models)
+            if ((model.kind == Kind::Lobe) == lobe)
+                known.push_back(lobe ? model.name : diffuse_name_of(model));
     const std::string expected =
         fmt::format("a {} model: {}", lobe ? "lobe" : "diffuse", fmt::join(known, ", "));
     const Json& name = required(object, at, "model", expected);
@@ -234,6 +92,32 @@ bool parse_form(const Json& object, const Place& at, const Model& model) {
     return second == two.end();
 }
 
+bool optional_bool(const Json& object, const Place& at, const std::string& key) {
+    const auto found = object.find(key);
+    if (found != object.end() && !found->is_boolean())
+        at.member(key).fail(*found, "true or false");
+    return found != object.end() && found->get<bool>();
+}
+
+/// The table a lobe names, relative to the material's file.
+void parse_table(const Json& object, const Place& at, Lobe& lobe) {
+    const std::string expected = "the name of a table that brdfit generate made";
+    const Json& name = required(object, at, "table", expected);
+    if (!name.is_string() || name.get<std::string>().empty())
+        at.member("table").fail(name, expected);
+    lobe.table_file = name.get<std::string>();
+    lobe.correlated = optional_bool(object, at, "correlated");
+    const std::filesystem::path folder = std::filesystem::path(at.source).parent_path();
+    try {
+        lobe.table = read_table((folder / lobe.table_file).string());
+    } catch (const InputError& error) {
+        at.member("table").fail(error.what());
+    }
+    if (lobe.model->name == "microfacet-lambertian" && lobe.table->facets.rows == 0)
+        at.member("table").fail(name, "a table with Lambertian facets (brdfit generate "
+                                      "--lambertian)");
+}
+
 Lobe parse_lobe(const Json& object, const Place& at, std::size_t channels) {
     check_object(object, at, "an object that describes a lobe");
     Lobe lobe;
@@ -242,6 +126,8 @@ Lobe parse_lobe(const Json& object, const Place& at, std::size_t channels) {
     for (const auto* parameters : {&lobe.model->isotropic, &lobe.model->anisotropic})
         for (const std::string& name : without(names(*parameters), keys))
             keys.push_back(name);
+    if (lobe.model->table)
+        keys.insert(keys.end(), {"table", "correlated"});
     check_keys(object, at, keys);
     lobe.ks = parse_strengths(object, at, "ks", channels);
     lobe.isotropic = parse_form(object, at, *lobe.model);
@@ -250,6 +136,8 @@ Lobe parse_lobe(const Json& object, const Place& at, std::size_t channels) {
                                      fmt::format("a number in [{:.6g}, {:.6g}]", p.lower, p.upper));
         lobe.theta.push_back(parse_number(value, at.member(p.name), p.lower, p.upper));
     }
+    if (lobe.model->table)
+        parse_table(object, at, lobe);
     return lobe;
 }
 
@@ -293,33 +181,6 @@ std::vector<std::size_t> isotropic_index(const Model& model) {
     return index;
 }
 
-std::string one_line(const Json& value) {
-    if (!value.is_structured())
-        return value.dump();
-    std::string text;
-    for (const auto& [key, element] : value.items())
-        text += (text.empty() ? "" : ", ") +
-                (value.is_object() ? Json(key).dump() + ": " : std::string()) + one_line(element);
-    return value.is_object() ? "{" + text + "}" : "[" + text + "]";
-}
-
-/// JSON for people: what fits is on one line, and so is every array of plain values.
-std::string pretty(const Json& value, std::size_t indent = 0) {
-    std::string line = one_line(value);
-    const bool flat = value.is_array() && std::none_of(value.begin(), value.end(),
-                                                       [](auto& e) { return e.is_structured(); });
-    if (flat || !value.is_structured() || (indent > 0 && indent + line.size() <= line_width))
-        return line;
-    const std::string margin(indent + 2, ' ');
-    std::string text;
-    for (const auto& [key, element] : value.items())
-        text += (text.empty() ? "\n" : ",\n") + margin +
-                (value.is_object() ? Json(key).dump() + ": " : std::string()) +
-                pretty(element, indent + 2);
-    text += "\n" + std::string(indent, ' ');
-    return value.is_object() ? "{" + text + "}" : "[" + text + "]";
-}
-
 } // namespace
 
 std::vector<double> Lobe::anisotropic_theta() const {
@@ -333,6 +194,8 @@ std::vector<double> Lobe::anisotropic_theta() const {
 
 bool Material::isotropic() const {
     return std::all_of(lobes.begin(), lobes.end(), [](const Lobe& lobe) {
+        if (lobe.table != nullptr && !lobe.table->isotropic())
+            return false;
         const std::vector<double> theta = lobe.anisotropic_theta();
         const std::vector<std::size_t> index = isotropic_index(*lobe.model);
         for (std::size_t a = 1; a < index.size(); ++a)
@@ -343,7 +206,7 @@ bool Material::isotropic() const {
 }
 
 Material parse_material(const std::string& text, const std::string& source) {
-    const Json json = parse_json(text, source);
+    const Json json = parse_json(text, source, "a material");
     const Place top{source, ""};
     check_object(json, top, "an object that describes a material");
     const std::string format = "1, the version of the material format";
@@ -360,7 +223,12 @@ Material parse_material(const std::string& text, const std::string& source) {
     const Place diffuse_place = top.member("diffuse");
     check_object(diffuse, diffuse_place, diffuse_expected);
     material.diffuse = &parse_model(diffuse, diffuse_place, false);
-    check_keys(diffuse, diffuse_place, {"model", "kd"});
+    std::vector<std::string> diffuse_keys = {"model", "kd"};
+    if (material.diffuse->table) {
+        diffuse_keys.emplace_back("metal");
+        material.metal = optional_bool(diffuse, diffuse_place, "metal");
+    }
+    check_keys(diffuse, diffuse_place, diffuse_keys);
     material.kd = parse_strengths(diffuse, diffuse_place, "kd", channels);
 
     const std::string lobes_expected = fmt::format("an array of 0 to {} lobes", max_lobes);
@@ -400,12 +268,18 @@ nlohmann::ordered_json to_json(const Material& material) {
     json["brdfit"] = 1;
     json["channels"] = material.channels;
     json["diffuse"] = {{"model", diffuse_name_of(*material.diffuse)}, {"kd", material.kd}};
+    if (material.diffuse->table)
+        json["diffuse"]["metal"] = material.metal;
     json["lobes"] = Json::array();
     for (const Lobe& lobe : material.lobes) {
         Json entry = {{"model", lobe.model->name}, {"ks", lobe.ks}};
         const std::vector<Parameter>& parameters = lobe.model->parameters(lobe.isotropic);
         for (std::size_t i = 0; i < parameters.size(); ++i)
             entry[parameters[i].name] = lobe.theta[i];
+        if (lobe.model->table) {
+            entry["table"] = lobe.table_file;
+            entry["correlated"] = lobe.correlated;
+        }
         json["lobes"].push_back(std::move(entry));
     }
     if (!material.fit.is_null())

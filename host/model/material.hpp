@@ -1,7 +1,9 @@
 #pragma once
 
 #include "host/model/catalogue.hpp"
+#include "host/table/microfacet.hpp"
 
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -14,6 +16,11 @@ struct Lobe {
     bool isotropic = true;     ///< whether theta has the isotropic form
     std::vector<double> theta; ///< in the order of model->parameters(isotropic)
     std::vector<double> ks;    ///< >= 0, one a channel
+    /// Where the model reads a table: it, its name in the material file, and whether shadowing is
+    /// correlated.
+    std::shared_ptr<const MicrofacetTable> table = nullptr;
+    std::string table_file = {};
+    bool correlated = false;
 
     /// theta in the anisotropic form (one roughness repeated).
     std::vector<double> anisotropic_theta() const;
@@ -24,6 +31,7 @@ struct Material {
     std::vector<std::string> channels;
     const Model* diffuse = nullptr; ///< of Kind::Diffuse or DiffuseAndLobe
     std::vector<double> kd;         ///< >= 0, one a channel
+    bool metal = false;             ///< of a diffuse shape that reads a table, Eq. 30
     std::vector<Lobe> lobes;        ///< 0 to 4
     nlohmann::ordered_json fit;     ///< how it was fitted; null when it was not
 
@@ -34,7 +42,8 @@ inline constexpr std::size_t max_lobes = 4;
 
 /// Parses a material file's text. `source` names it in messages.
 /// Throws InputError naming source, key and expectation for anything not in the format of
-/// README.md: unknown or missing keys, wrong types, NaN, values out of the catalogue's range.
+/// README.md: unknown or missing keys, wrong types, NaN, values out of the catalogue's range. Table
+/// files are read relative to `source`.
 Material parse_material(const std::string& text, const std::string& source);
 Material read_material(const std::string& path);
 nlohmann::ordered_json to_json(const Material& material);

@@ -57,12 +57,9 @@ Sampler::Sampler(const Device& device, const Material& material)
     structure.diffuse = material.diffuse;
     structure.isotropic = false;
     const std::size_t basis = 1 + material.lobes.size();
-    std::vector<double> theta, coefficients(channels_ * basis), strengths(basis);
-    for (const Lobe& lobe : material.lobes) {
+    std::vector<double> coefficients(channels_ * basis), strengths(basis);
+    for (const Lobe& lobe : material.lobes)
         structure.lobes.push_back(lobe.model);
-        const std::vector<double> values = lobe.anisotropic_theta();
-        theta.insert(theta.end(), values.begin(), values.end());
-    }
     for (std::size_t j = 0; j < basis; ++j)
         for (std::size_t ch = 0; ch < channels_; ++ch) {
             const double value = j == 0 ? material.kd[ch] : material.lobes[j - 1].ks[ch];
@@ -75,7 +72,7 @@ Sampler::Sampler(const Device& device, const Material& material)
         strength /= largest > 0 ? largest : 1;
 
     program_ = build_sample_program(device_, structure);
-    theta_ = upload(device_, to_float(theta));
+    theta_ = upload(device_, device_parameters(material, false));
     coefficients_ = upload(device_, to_float(coefficients));
     strengths_ = upload(device_, to_float(strengths));
     const std::size_t entries = basis * heights * azimuths;

@@ -1,6 +1,7 @@
 #include "host/table/albedo.hpp"
 
 #include "host/error.hpp"
+#include "host/model/evaluate.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -72,14 +73,21 @@ std::vector<Component> components_of(const Device& device, const Material& mater
         Structure structure;
         structure.diffuse = j == 0 ? material.diffuse : &model_named("lambert");
         std::vector<double> theta;
+        std::vector<float> shared;
         const bool needs_lobe = j > 0 || material.diffuse->kind == Kind::DiffuseAndLobe;
         if (needs_lobe) {
             const Lobe& lobe = material.lobes.at(j == 0 ? 0 : j - 1);
             structure.lobes.push_back(lobe.model);
             theta = lobe.anisotropic_theta();
+            if (lobe.model->table) {
+                Material alone = material;
+                alone.lobes = {lobe};
+                shared = device_parameters(alone, false);
+            }
         }
-        components.push_back({coefficients[j], AlbedoIntegrator(device, structure, j == 0 ? 0 : 1),
-                              theta, tolerance / used / largest(coefficients[j])});
+        components.push_back({coefficients[j],
+                              AlbedoIntegrator(device, structure, j == 0 ? 0 : 1, shared), theta,
+                              tolerance / used / largest(coefficients[j])});
     }
     return components;
 }

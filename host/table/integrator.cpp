@@ -78,10 +78,13 @@ struct AlbedoIntegrator::Running {
     }
 };
 
-AlbedoIntegrator::AlbedoIntegrator(const Device& device, Structure structure, std::size_t component)
+AlbedoIntegrator::AlbedoIntegrator(const Device& device, Structure structure, std::size_t component,
+                                   const std::vector<float>& shared)
     : device_(device), component_(component) {
     structure.isotropic = false;
-    parameters_ = std::max<std::size_t>(1, layout_of(structure).parameters.size());
+    parameters_ = structure.has_tables()
+                      ? 0
+                      : std::max<std::size_t>(1, layout_of(structure).parameters.size());
     const cl::Program program = build_albedo_program(device_, structure);
     albedo_ = cl::Kernel(program, "albedo");
     horizon_ = cl::Kernel(program, "horizon");
@@ -93,8 +96,10 @@ AlbedoIntegrator::AlbedoIntegrator(const Device& device, Structure structure, st
     keys_ = upload(device_, keys);
     directions_ = make_buffer(device_, tasks_a_launch * sizeof(cl_float4), CL_MEM_READ_ONLY);
     tasks_ = make_buffer(device_, tasks_a_launch * sizeof(cl_uint4), CL_MEM_READ_ONLY);
-    thetas_ =
-        make_buffer(device_, tasks_a_launch * parameters_ * sizeof(cl_float), CL_MEM_READ_ONLY);
+    thetas_ = structure.has_tables()
+                  ? upload(device_, shared)
+                  : make_buffer(device_, tasks_a_launch * parameters_ * sizeof(cl_float),
+                                CL_MEM_READ_ONLY);
 }
 
 void AlbedoIntegrator::upload_tasks(const std::vector<const AlbedoTask*>& tasks,
@@ -108,7 +113,7 @@ void AlbedoIntegrator::upload_tasks(const std::vector<const AlbedoTask*>& tasks,
             directions[t].s[k] = static_cast<cl_float>(tasks[t]->wo[k]);
         directions[t].s[3] = static_cast<cl_float>(tasks[t]->ior);
         numbers[t] = {{static_cast<cl_uint>(component_), strategies[t], first, count}};
-        for (std::size_t k = 0; k < tasks[t]->theta.size(); ++k)
+        for (std::size_t k = 0; parameters_ > 0 && k < tasks[t]->theta.size(); ++k)
             thetas[t * parameters_ + k] = static_cast<cl_float>(tasks[t]->theta[k]);
     }
     const auto write = [&](const cl::Buffer& buffer, const auto& data) {
@@ -117,7 +122,8 @@ void AlbedoIntegrator::upload_tasks(const std::vector<const AlbedoTask*>& tasks,
     };
     write(directions_, directions);
     write(tasks_, numbers);
-    write(thetas_, thetas);
+    if (parameters_ > 0)
+        write(thetas_, thetas);
 }
 
 std::vector<float> AlbedoIntegrator::horizon_values(const std::vector<AlbedoTask>& tasks) {

@@ -41,8 +41,11 @@ struct AlbedoValue {
 /// growing as wo goes to the horizon.
 class AlbedoIntegrator {
   public:
-    /// `component`: 0 diffuse, 1.. lobes. Throws like build_program.
-    AlbedoIntegrator(const Device& device, Structure structure, std::size_t component);
+    /// `component`: 0 diffuse, 1.. lobes. `shared`: where the structure has tables, the parameters
+    /// of every task (see device_parameters); their own are not looked at. Throws like
+    /// build_program.
+    AlbedoIntegrator(const Device& device, Structure structure, std::size_t component,
+                     const std::vector<float>& shared = {});
 
     /// The integrals, in the tasks' order; the same numbers whatever the number of threads. Work is
     /// bounded by most_points a task.
@@ -59,7 +62,7 @@ class AlbedoIntegrator {
                       const std::vector<cl_uint>& strategies, cl_uint first, cl_uint count);
 
     Device device_;
-    std::size_t component_, parameters_;
+    std::size_t component_, parameters_; ///< parameters_ 0: shared by all tasks
     cl::Kernel albedo_, horizon_;
     cl::Buffer keys_, directions_, tasks_, thetas_, out_;
 };

@@ -14,7 +14,7 @@ static inline void ashikhmin_shirley_diffuse_prepare(geometry q, real* plane)
     plane[0] = (28.0f / (23.0f * PI)) * one_minus_fifth_power(q.wi_z) * one_minus_fifth_power(q.wo_z);
 }
 
-static inline real ashikhmin_shirley_diffuse(const real* plane, __constant const float* theta, real* d)
+static inline real ashikhmin_shirley_diffuse(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     d[0] = -plane[0];
     return (1.0f - theta[0]) * plane[0];

@@ -10,7 +10,7 @@ static inline void ashikhmin_shirley_prepare(geometry q, real* plane)
     plane[ROUGHNESSES + 1] = schlick_p5(q);
 }
 
-static inline real ashikhmin_shirley(const real* plane, __constant const float* theta, real* d)
+static inline real ashikhmin_shirley(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const real s = cosine_power(plane, plane[ROUGHNESSES], theta + 1, d + 1);
     const real g = schlick_times(plane[ROUGHNESSES + 1], theta[0], s, d);
@@ -19,14 +19,14 @@ static inline real ashikhmin_shirley(const real* plane, __constant const float* 
 }
 
 // Half vectors by Eq. 9 and 10, hz = (1 - u2)^(1/(e+1)).
-static inline geometry ashikhmin_shirley_sample(vector wo, __constant const float* theta, real u1,
+static inline geometry ashikhmin_shirley_sample(vector wo, PARAMETER_SPACE const float* theta, real u1,
                                                 real u2)
 {
     return reflected(wo, cosine_power_half(theta[1], theta[2], 1.0f, u1, 1.0f - u2));
 }
 
 // Eq. 6 and 8: p = sqrt((nu+1)(nv+1)) / (2 pi) hz^e / (4 c).
-static inline real ashikhmin_shirley_density(geometry q, __constant const float* theta)
+static inline real ashikhmin_shirley_density(geometry q, PARAMETER_SPACE const float* theta)
 {
     const float nu = theta[1];
     const float nv = theta[2];

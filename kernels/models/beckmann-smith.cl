@@ -41,7 +41,7 @@ static inline real beckmann_lambda(real inverse2, real* slope)
     return fmax(inverse2 * *slope - 0.5f * erfc_share * gauss, (real)(0.0f));
 }
 
-static inline real beckmann_smith(const real* plane, __constant const float* theta, real* d)
+static inline real beckmann_smith(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const real p5 = plane[ROUGHNESSES + 1];
     real inverse2_i = 0.0f;
@@ -140,7 +140,7 @@ static inline real visible_slope(real sine, real cosine, real u)
 }
 
 // Visible normals: slopes of the surface stretched to roughness 1, seen from the stretched wo.
-static inline geometry beckmann_smith_sample(vector wo, __constant const float* theta, real u1,
+static inline geometry beckmann_smith_sample(vector wo, PARAMETER_SPACE const float* theta, real u1,
                                              real u2)
 {
     const float mx = theta[1];
@@ -161,7 +161,7 @@ static inline geometry beckmann_smith_sample(vector wo, __constant const float* 
 }
 
 // D G1(wo) (wo.h) / oz / (4 c), G1 = 1 / (1 + L(wo)).
-static inline real beckmann_smith_density(geometry q, __constant const float* theta)
+static inline real beckmann_smith_density(geometry q, PARAMETER_SPACE const float* theta)
 {
     const float mx = theta[1];
     const float my = theta[2];

@@ -14,7 +14,7 @@ static inline void cook_torrance_prepare(geometry q, real* plane)
     plane[2] = schlick_p5(q);
 }
 
-static inline real cook_torrance(const real* plane, __constant const float* theta, real* d)
+static inline real cook_torrance(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const float inverse = 1.0f / theta[1];
     const real t = plane[0] * (inverse * inverse);

@@ -10,7 +10,7 @@ static inline void edwards_prepare(geometry q, real* plane)
     plane[ROUGHNESSES + 1] = schlick_p5(q);
 }
 
-static inline real edwards(const real* plane, __constant const float* theta, real* d)
+static inline real edwards(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const real s = cosine_power(plane, plane[ROUGHNESSES], theta + 1, d + 1);
     const real g = schlick_times(plane[ROUGHNESSES + 1], theta[0], s, d);
@@ -19,12 +19,12 @@ static inline real edwards(const real* plane, __constant const float* theta, rea
 }
 
 // Half vectors from p(h), hz^2 = u1^(1/(e+1)).
-static inline geometry edwards_sample(vector wo, __constant const float* theta, real u1, real u2)
+static inline geometry edwards_sample(vector wo, PARAMETER_SPACE const float* theta, real u1, real u2)
 {
     return reflected(wo, cosine_power_half(theta[1], theta[2], 2.0f, u2, u1));
 }
 
-static inline real edwards_density(geometry q, __constant const float* theta)
+static inline real edwards_density(geometry q, PARAMETER_SPACE const float* theta)
 {
     const float nx = theta[1];
     const float ny = theta[2];

@@ -5,7 +5,7 @@
 
 static inline void ggx_uncorrelated_prepare(geometry q, real* plane) { trowbridge_reitz_prepare(q, plane); }
 
-static inline real ggx_uncorrelated(const real* plane, __constant const float* theta, real* d)
+static inline real ggx_uncorrelated(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const real iz = plane[3 * ROUGHNESSES + 1];
     const real oz = plane[3 * ROUGHNESSES + 2];
@@ -37,12 +37,12 @@ static inline real ggx_uncorrelated(const real* plane, __constant const float* t
     return g;
 }
 
-static inline geometry ggx_uncorrelated_sample(vector wo, __constant const float* theta, real u1, real u2)
+static inline geometry ggx_uncorrelated_sample(vector wo, PARAMETER_SPACE const float* theta, real u1, real u2)
 {
     return trowbridge_reitz_sample(wo, theta[1], theta[2], u1, u2);
 }
 
-static inline real ggx_uncorrelated_density(geometry q, __constant const float* theta)
+static inline real ggx_uncorrelated_density(geometry q, PARAMETER_SPACE const float* theta)
 {
     return trowbridge_reitz_density(q, theta[1], theta[2]);
 }

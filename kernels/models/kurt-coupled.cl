@@ -4,7 +4,7 @@
 
 static inline void kurt_coupled_prepare(geometry q, real* plane) { plane[0] = schlick_p5(q); }
 
-static inline real kurt_coupled(const real* plane, __constant const float* theta, real* d)
+static inline real kurt_coupled(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const real transmitted = (1.0f - plane[0]) * (1.0f / PI);
     d[0] = -transmitted;

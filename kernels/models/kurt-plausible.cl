@@ -8,7 +8,7 @@ static inline void kurt_plausible_prepare(geometry q, real* plane)
     plane[ROUGHNESSES + 1] = schlick_p5(q);
 }
 
-static inline real kurt_plausible(const real* plane, __constant const float* theta, real* d)
+static inline real kurt_plausible(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const real p5 = plane[ROUGHNESSES + 1];
     const real s = beckmann(plane, plane[ROUGHNESSES], theta + 1, d + 1);

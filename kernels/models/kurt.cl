@@ -10,7 +10,7 @@ static inline void kurt_prepare(geometry q, real* plane)
     plane[ROUGHNESSES + 2] = schlick_p5(q);
 }
 
-static inline real kurt(const real* plane, __constant const float* theta, real* d)
+static inline real kurt(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const float f0 = theta[0];
     const float alpha = theta[1 + ROUGHNESSES];

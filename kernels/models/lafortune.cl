@@ -30,7 +30,7 @@ static inline void lafortune_prepare(geometry q, real* plane)
     plane[3 * ROUGHNESSES + 1] = q.wi_z * q.wo_z;
 }
 
-static inline real lafortune(const real* plane, __constant const float* theta, real* d)
+static inline real lafortune(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const float n = theta[ROUGHNESSES];
     const real zz = plane[3 * ROUGHNESSES + 1];
@@ -68,13 +68,13 @@ static inline real lafortune(const real* plane, __constant const float* theta, r
 }
 
 // wi from the cosine lobe (n + 1) / (2 pi) (wi.L)^n about L = (Cx wo.x, Cy wo.y, wo.z), normalised.
-static inline vector lafortune_axis(vector wo, __constant const float* theta)
+static inline vector lafortune_axis(vector wo, PARAMETER_SPACE const float* theta)
 {
     const vector axis = {theta[0] * wo.x, theta[1] * wo.y, wo.z};
     return unit(axis);
 }
 
-static inline geometry lafortune_sample(vector wo, __constant const float* theta, real u1, real u2)
+static inline geometry lafortune_sample(vector wo, PARAMETER_SPACE const float* theta, real u1, real u2)
 {
     const vector axis = lafortune_axis(wo, theta);
     real cosine;
@@ -91,7 +91,7 @@ static inline geometry lafortune_sample(vector wo, __constant const float* theta
     return between(wi, wo);
 }
 
-static inline real lafortune_density(geometry q, __constant const float* theta)
+static inline real lafortune_density(geometry q, PARAMETER_SPACE const float* theta)
 {
     const float n = theta[2];
     const vector axis = lafortune_axis(wo_of(q), theta);

@@ -2,7 +2,7 @@
 
 static inline void lambert_prepare(geometry q, real* plane) {}
 
-static inline real lambert(const real* plane, __constant const float* theta, real* d)
+static inline real lambert(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     return (real)(1.0f / PI);
 }

@@ -7,7 +7,7 @@ static inline void ward_duer_prepare(geometry q, real* plane)
     plane[ROUGHNESSES] = -log(4.0f * PI) - log_iz_oz(q);
 }
 
-static inline real ward_duer(const real* plane, __constant const float* theta, real* d)
+static inline real ward_duer(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const real g = beckmann(plane, plane[ROUGHNESSES], theta, d);
     scale_by(g, d);

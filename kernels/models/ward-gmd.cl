@@ -8,7 +8,7 @@ static inline void ward_gmd_prepare(geometry q, real* plane)
     plane[ROUGHNESSES] = -log(4.0f * PI) - 2.0f * log(q.c) - 4.0f * log_hz(q);
 }
 
-static inline real ward_gmd(const real* plane, __constant const float* theta, real* d)
+static inline real ward_gmd(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const real g = beckmann(plane, plane[ROUGHNESSES], theta, d);
     scale_by(g, d);

@@ -1,0 +1,92 @@
+#include "host/table/quadrature.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace brdfit {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+constexpr double reach = 6; ///< where a Gaussian counts as ended, in sigmas: exp(-36)
+
+} // namespace
+
+Quadrature gauss_legendre(std::size_t n) {
+    Quadrature q;
+    q.x.resize(n);
+    q.w.resize(n);
+    const auto count = static_cast<double>(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        double x = std::cos(pi * (static_cast<double>(i) + 0.75) / (count + 0.5)), slope = 1;
+        for (int step = 0; step < 20; ++step) { // Newton on the Legendre polynomial
+            double before = 0, p = 1;
+            for (std::size_t k = 1; k <= n; ++k) {
+                const auto order = static_cast<double>(k);
+                const double next = ((2 * order - 1) * x * p - (order - 1) * before) / order;
+                before = p;
+                p = next;
+            }
+            slope = count * (x * p - before) / (x * x - 1);
+            const double change = p / slope;
+            x -= change;
+            if (std::abs(change) < 1e-15)
+                break;
+        }
+        q.x[n - 1 - i] = 0.5 * (1 + x);
+        q.w[n - 1 - i] = 1 / ((1 - x * x) * slope * slope);
+    }
+    return q;
+}
+
+Quadrature gauss_legendre(const std::vector<double>& ends, std::size_t n) {
+    const Quadrature one = gauss_legendre(n);
+    Quadrature q;
+    for (std::size_t i = 0; i + 1 < ends.size(); ++i)
+        for (std::size_t k = 0; k < n; ++k) {
+            q.x.push_back(ends[i] + (ends[i + 1] - ends[i]) * one.x[k]);
+            q.w.push_back((ends[i + 1] - ends[i]) * one.w[k]);
+        }
+    return q;
+}
+
+double least_theta(const DistributionPart& part) {
+    // exp(-cot^2 / sigma^2) has vanished below.
+    return part.shape == Shape::Velvet ? std::atan(1 / (reach * part.sigma_x)) : 0;
+}
+
+double greatest_theta(const DistributionPart& part) {
+    return part.shape == Shape::Tabulated ? std::max(pi / 2, part.table->thetas.back()) : pi / 2;
+}
+
+std::array<double, 2> azimuth_stretch(const DistributionPart& part) {
+    if (part.shape != Shape::Gaussian)
+        return {1, 1};
+    return {std::min(part.sigma_x, 1.0), std::min(part.sigma_y, 1.0)};
+}
+
+PartNodes nodes_of(const DistributionPart& part, std::size_t fineness) {
+    PartNodes nodes;
+    const bool image = part.table != nullptr && !part.table->tabulated();
+    const std::size_t rows = (image ? 512 : 256) * fineness,
+                      columns = (image ? 256 : 128) * fineness;
+    std::vector<double> share_ends{0, 1}, psi_ends{0, pi / 2, pi, 3 * pi / 2, 2 * pi};
+    if (part.shape == Shape::Tabulated) {
+        const double end = greatest_theta(part);
+        for (const double theta : part.table->thetas)
+            if (theta / end > share_ends[share_ends.size() - 2] && theta < end)
+                share_ends.insert(share_ends.end() - 1, theta / end);
+        if (part.table->width > 1) {
+            psi_ends = part.table->phis;
+            psi_ends.push_back(psi_ends.front() + 2 * pi);
+        }
+    }
+    const auto each = [](std::size_t wanted, std::size_t panels, std::size_t least) {
+        return std::max(least, wanted / panels);
+    };
+    nodes.shares = gauss_legendre(share_ends, each(rows, share_ends.size() - 1, 2));
+    nodes.psis = gauss_legendre(psi_ends, each(4 * columns, psi_ends.size() - 1, 2));
+    return nodes;
+}
+
+} // namespace brdfit
