@@ -1,24 +1,19 @@
 #pragma once
 
+#include "bench/work.hpp"
 #include "host/device/device.hpp"
+#include "host/model/catalogue.hpp"
 
-#include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
+#include <cstddef>
 
 namespace brdfit::bench {
 
-/// The time of a whole albedo table, from the start of the kernels to the last entry.
-struct AlbedoResult {
-    std::string name; ///< what was computed
-    std::string model;
-    double seconds = 0; ///< the median of repeated runs, kernels compiled before
-    double entries_per_second = 0;
-};
-nlohmann::ordered_json to_json(const AlbedoResult& result);
+inline constexpr const char* table_work = "table";
+inline constexpr std::size_t table_size = 64;
 
-/// Times a table of 64 x 64 cosines and roughnesses at a tolerance of 1e-4 of each model of the
-/// catalogue, on all of the device; `size` other than 64 for tests.
-std::vector<AlbedoResult> measure_albedo_tables(const Device& device, std::size_t size = 64);
+/// A lobe's albedo over table_size cosines and as many roughnesses, to 1e-4, on all of the device,
+/// kernels compiled before: a row in entries a second. Throws InputError where an entry does not
+/// reach the tolerance.
+Result measure_table(const Device& device, const Model& model, std::size_t size = table_size);
 
 } // namespace brdfit::bench

@@ -1,5 +1,6 @@
 #include "bench/report.hpp"
 
+#include "bench/albedo.hpp"
 #include "bench/native.hpp"
 #include "bench/whole.hpp"
 #include "host/device/program.hpp"
@@ -105,6 +106,19 @@ void print_device(const Report& report, const Device& device) {
                            model + (native == simd_baseline ? ", openmp simd" : ", precomputed"),
                            find_result(results, baseline, work.name, model, 1), one, several);
             }
+    }
+    bool first = true;
+    for (const Result& result : results) {
+        if (result.device != device.name || result.work != table_work)
+            continue;
+        if (first)
+            fmt::print("\ntable: albedo of {0} cosines and {0} roughnesses to 1e-4, {1} threads; "
+                       "seconds\n",
+                       table_size, result.threads);
+        first = false;
+        fmt::print("{:<20} {:>9.2f} {:>6}\n", result.model,
+                   static_cast<double>(table_size * table_size) / result.samples_per_second,
+                   percent(result.spread));
     }
     for (const Result& result : results)
         if (result.device == device.name && result.work == fit_work)

@@ -149,7 +149,8 @@ Structure structure_named(const std::string& names, int lobes, const std::string
                                              : "is unknown"));
         const Model& model = *found;
         if (model.table)
-            throw UsageError(fmt::format("--diffuse {}: goes with a table; it is not fitted", diffuse));
+            throw UsageError(
+                fmt::format("--diffuse {}: goes with a table; it is not fitted", diffuse));
         if (model.kind == Kind::DiffuseAndLobe &&
             (structure.lobes.empty() || structure.lobes.front()->name != model.lobe))
             throw UsageError(fmt::format("--diffuse {}: the first lobe of '{}' is not {}", diffuse,
