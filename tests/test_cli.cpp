@@ -101,9 +101,10 @@ TEST(Devices, are_listed_with_one_default) {
 TEST(Models, are_listed_with_parameters_and_bounds) {
     const json list = json::parse(run_program({"models", "--json"}).out);
     std::vector<Model> listed;
-    for (const Model& model : catalogue())
-        if (model.listed())
-            listed.push_back(model);
+    for (const auto* models : {&catalogue(), &table_models()})
+        for (const Model& model : *models)
+            if (model.listed())
+                listed.push_back(model);
     ASSERT_EQ(list.size(), listed.size());
     const Outcome text = run_program({"models"});
     EXPECT_EQ(text.status, 0);

@@ -156,8 +156,8 @@ SamplingCells cells_of(const DistributionPart& part, const PartNodes& nodes, std
     SamplingCells cells;
     const bool tabulated = part.shape == Shape::Tabulated;
     const bool image = part.table != nullptr && !tabulated;
-    std::size_t bands = image ? 128 : 96;
-    cells.columns = image ? 256 : 128;
+    std::size_t bands = image ? 128 : 32;
+    cells.columns = image ? 256 : 64;
     if (tabulated) {
         constexpr std::size_t most = 128;
         const double end = greatest_theta(part);
