@@ -63,8 +63,9 @@ TEST_P(Oclgrind, FindsNothingInAnyPass) {
 }
 
 TEST_P(Oclgrind, FindsNothingInSampling) {
-    for (const char* sequence : {"sobol", "philox"})
-        run(fmt::format("sample material.json --wo 50,10 -n 99 --sequence {} -o s.csv", sequence));
+    // One sequence a form: most of the time goes into the table of albedos, which is the same.
+    const char* const sequence = std::string(GetParam()).substr(0, 2) == "16" ? "philox" : "sobol";
+    run(fmt::format("sample material.json --wo 50,10 -n 99 --sequence {} -o s.csv", sequence));
     write_file(folder_ / "directions.csv", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0.6,0,0.8\n"
                                            "0,0.6,0.8,0,-1,0\n0.6,0,-0.8,0,0,1\n");
     run("pdf anisotropic.json directions.csv -o p.csv");
