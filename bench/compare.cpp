@@ -1,7 +1,7 @@
 #include "bench/compare.hpp"
 
 #include "host/error.hpp"
-#include "host/file.hpp"
+#include "host/files/json.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -26,18 +26,20 @@ const Record::Row* find(const std::vector<Record::Row>& rows, const Record::Row&
 } // namespace
 
 Record read_record(const std::string& path) {
-    const MappedFile file(path);
-    const auto json = nlohmann::json::parse(file.bytes(), nullptr, false);
-    if (!json.is_object() || !json.contains("results") || !json["results"].is_array())
-        throw InputError(fmt::format("{}: is not what brdfit bench --json writes: expected an "
-                                     "object with a list 'results'",
-                                     path));
+    constexpr std::size_t most_bytes = std::size_t{64} << 20;
+    const std::string expected = "what brdfit bench --json writes, an object with a list 'results'";
+    const Json json = read_json(path, expected, most_bytes);
+    const Place top{path, ""};
+    check_object(json, top, expected);
+    const Json& results = required(json, top, "results", "a list");
+    if (!results.is_array())
+        top.member("results").fail(results, "a list");
     Record record;
     std::size_t index = 0;
     try {
         record.machine = json.value("machine", "");
         record.version = json.value("version", "");
-        for (const auto& row : json["results"]) {
+        for (const auto& row : results) {
             record.rows.push_back({row.at("device"), row.at("work"), row.at("model"),
                                    row.at("threads"), row.at("samples_per_second"),
                                    row.at("spread")});
@@ -49,7 +51,7 @@ Record read_record(const std::string& path) {
                                              path, index));
             ++index;
         }
-    } catch (const nlohmann::json::exception& error) {
+    } catch (const Json::exception& error) {
         throw InputError(fmt::format("{}: results[{}]: expected device, work, model, threads, "
                                      "samples_per_second and spread ({})",
                                      path, index, error.what()));

@@ -1,9 +1,11 @@
 #include "bench/opencl.hpp"
 
-#include "bench/scalar.hpp"
+#include "bench/native_tasks.hpp"
 #include "fit/objective.hpp"
+#include "fit/programs.hpp"
 #include "host/device/buffer.hpp"
-#include "host/model/sample.hpp"
+#include "host/device/kernels.hpp"
+#include "host/evaluate/sample.hpp"
 
 #include <cmath>
 #include <memory>
@@ -273,7 +275,7 @@ Peaks measure_peaks(const Device& device, std::size_t most_bytes) {
         peaks.reading.push_back({bytes, bytes / seconds_of(read, groups)});
     }
 
-    constexpr int rounds = 512, chains = 8; // CHAINS of kernels/peaks.cl
+    constexpr int rounds = 512, chains = 8; // CHAINS of kernels/passes/peaks.cl
     const std::size_t call_groups = 64 * std::max(1U, device.compute_units);
     const cl::Buffer out = make_buffer(device, call_groups * sizeof(float), CL_MEM_WRITE_ONLY);
     const auto calls_per_second = [&](const char* name) {

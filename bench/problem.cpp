@@ -1,8 +1,8 @@
 #include "bench/problem.hpp"
 
-#include "bench/scalar.hpp"
+#include "bench/native/scalar.hpp"
 #include "host/error.hpp"
-#include "host/model/synthesise.hpp"
+#include "host/evaluate/synthesise.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>

@@ -1,7 +1,9 @@
 #pragma once
 
-#include "host/device/program.hpp"
+#include "host/device/device.hpp"
 #include "host/measured/samples.hpp"
+#include "host/model/material.hpp"
+#include "host/model/structure.hpp"
 
 #include <string>
 #include <vector>
@@ -17,8 +19,9 @@ struct Problem {
     Material material() const; ///< three channels, with theta
 };
 
-/// Those of the catalogue's models that bench/scalar.hpp can check, or the ones named among them:
-/// a new model is measured without mention. Throws UsageError for a name that is not among them.
+/// Those of the catalogue's models that bench/native/scalar.hpp can check, or the ones named among
+/// them: a new model is measured without mention. Throws UsageError for a name that is not among
+/// them.
 std::vector<Problem> problems(const std::vector<std::string>& names = {});
 
 /// Candidates of the batched search: `count` values of theta around the problem's.

@@ -1,11 +1,12 @@
 #include "bench/report.hpp"
 
 #include "bench/albedo.hpp"
-#include "bench/native.hpp"
+#include "bench/native_tasks.hpp"
 #include "bench/whole.hpp"
-#include "host/device/program.hpp"
+#include "host/device/kernels.hpp"
 #include "host/device/tuning.hpp"
 #include "host/error.hpp"
+#include "host/model/structure.hpp"
 #include "host/version.hpp"
 
 #include <fmt/format.h>

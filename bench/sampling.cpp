@@ -1,8 +1,8 @@
 #include "bench/sampling.hpp"
 
 #include "bench/work.hpp"
-#include "host/model/evaluate.hpp"
-#include "host/model/sample.hpp"
+#include "host/evaluate/evaluate.hpp"
+#include "host/evaluate/sample.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,6 @@ namespace brdfit::bench {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr std::size_t samples_for_variance = 1 << 18;
 constexpr std::uint64_t seed = 1;
 constexpr double roughness = 0.2;

@@ -1,7 +1,7 @@
 // The works as loops over samples, in float64 on one thread.
-#include "bench/scalar.hpp"
+#include "bench/native_tasks.hpp"
 
-#include "host/model/sample.hpp"
+#include "host/evaluate/sample.hpp"
 
 #include <cmath>
 #include <memory>

@@ -1,8 +1,8 @@
 #include "bench/tune.hpp"
 
+#include "bench/native_tasks.hpp"
 #include "bench/opencl.hpp"
 #include "bench/report.hpp"
-#include "bench/scalar.hpp"
 #include "host/device/tuning.hpp"
 
 #include <cmath>

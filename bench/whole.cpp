@@ -1,12 +1,13 @@
 #include "bench/whole.hpp"
 
 #include "bench/again.hpp"
+#include "bench/native_tasks.hpp"
 #include "bench/opencl.hpp"
-#include "bench/scalar.hpp"
 #include "fit/objective.hpp"
+#include "fit/programs.hpp"
 #include "host/error.hpp"
+#include "host/evaluate/synthesise.hpp"
 #include "host/measured/merl.hpp"
-#include "host/model/synthesise.hpp"
 
 #include <cmath>
 #include <cstdlib>
@@ -83,7 +84,7 @@ Result fit_result(const Device& device, int threads, const Timing& timing) {
 double error_difference(const Samples& data, const std::string& path) {
     const Material fitted = read_material(path);
     Samples near = data;
-    const double lowest = std::cos(max_theta * 3.14159265358979323846 / 180);
+    const double lowest = std::cos(max_theta * degree);
     for (std::size_t k = 0; k < near.count(); ++k)
         if (near.directions->plane(Directions::WiZ)[k] < lowest ||
             near.directions->plane(Directions::WoZ)[k] < lowest)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "bench/native/calls.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
@@ -52,11 +54,6 @@ struct Repeats {
     double seconds = 0.12;
 };
 Timing time_runs(const std::function<void()>& body, const Repeats& repeats = {});
-
-/// Calls of the functions whose throughput may bind, a sample.
-struct Calls {
-    double exp = 0, log = 0;
-};
 
 /// Something that can be run again and again.
 struct Task {

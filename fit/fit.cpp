@@ -1,5 +1,6 @@
 #include "fit/fit.hpp"
 
+#include "fit/programs.hpp"
 #include "host/error.hpp"
 
 #include <algorithm>
@@ -27,20 +28,6 @@ constexpr double better_share = 1e-3;
 
 double seconds_since(std::chrono::steady_clock::time_point started) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-}
-
-bool coupled(const Structure& structure) {
-    return structure.diffuse->kind == Kind::DiffuseAndLobe;
-}
-
-std::vector<std::string> split(const std::string& text, char separator) {
-    std::vector<std::string> parts(1);
-    for (const char c : text)
-        if (c == separator)
-            parts.emplace_back();
-        else
-            parts.back() += c;
-    return parts;
 }
 
 // The rank of a lobe among those of its model: broad ones first.
@@ -72,7 +59,7 @@ void order_lobes(const Structure& structure, const Space& space, std::vector<dou
                 return false;
         return true;
     };
-    for (std::size_t i = coupled(structure) ? 1 : 0; i < lobes; ++i)
+    for (std::size_t i = structure.coupled() ? 1 : 0; i < lobes; ++i)
         for (std::size_t k = i + 1; k < lobes; ++k) {
             if (structure.lobes[i] != structure.lobes[k] || !same_ranges(i, k))
                 continue;
@@ -108,60 +95,6 @@ Material material_of(const Structure& structure, const std::vector<std::string>&
 }
 
 } // namespace
-
-Structure structure_named(const std::string& names, int lobes, const std::string& diffuse,
-                          bool isotropic) {
-    Structure structure;
-    structure.isotropic = isotropic;
-    structure.diffuse = &model_named("lambert");
-    const std::vector<std::string> parts = split(names, '+');
-    for (const std::string& part : parts) {
-        const Model& model = model_named(part);
-        if (model.table)
-            throw UsageError(fmt::format("'{}': {} has a table in place of parameters to fit; "
-                                         "brdfit generate --from recovers one from measurements",
-                                         names, part));
-        if (model.kind == Kind::Diffuse) {
-            if (parts.size() > 1)
-                throw UsageError(fmt::format("'{}': {} is a diffuse shape, which every fit has; "
-                                             "choose it with --diffuse",
-                                             names, part));
-            structure.diffuse = &model;
-        } else if (model.kind == Kind::DiffuseAndLobe) {
-            // Its lobe comes first: the diffuse shape has that one's F.
-            structure.diffuse = &model;
-            structure.lobes.insert(structure.lobes.begin(), &model_named(model.lobe));
-        } else {
-            structure.lobes.push_back(&model);
-        }
-    }
-    if (parts.size() == 1 && !structure.lobes.empty())
-        structure.lobes.resize(static_cast<std::size_t>(lobes), structure.lobes.front());
-    if (structure.lobes.size() > max_lobes)
-        throw UsageError(fmt::format("'{}' has {} lobes; at most {} are possible", names,
-                                     structure.lobes.size(), max_lobes));
-    if (!diffuse.empty()) {
-        const Model* const found = find_diffuse(diffuse);
-        if (found == nullptr)
-            throw UsageError(fmt::format("--diffuse {}: {}", diffuse,
-                                         find_model(diffuse) != nullptr
-                                             ? "is a lobe model, no diffuse shape"
-                                             : "is unknown"));
-        const Model& model = *found;
-        if (model.table)
-            throw UsageError(
-                fmt::format("--diffuse {}: goes with a table; it is not fitted", diffuse));
-        if (model.kind == Kind::DiffuseAndLobe &&
-            (structure.lobes.empty() || structure.lobes.front()->name != model.lobe))
-            throw UsageError(fmt::format("--diffuse {}: the first lobe of '{}' is not {}", diffuse,
-                                         names, model.lobe));
-        if (coupled(structure) && structure.diffuse != &model)
-            throw UsageError(
-                fmt::format("--diffuse {}: '{}' brings its own diffuse shape", diffuse, names));
-        structure.diffuse = &model;
-    }
-    return structure;
-}
 
 FileFitter::FileFitter(const Device& device, ProgramCache& programs, const Samples& samples,
                        const FitOptions& options)
@@ -226,7 +159,7 @@ std::vector<FileFitter::Smaller> FileFitter::smaller_than(const Structure& struc
             std::find(structure.lobes.begin() + static_cast<std::ptrdiff_t>(missing) + 1,
                       structure.lobes.end(), structure.lobes[missing]) == structure.lobes.end();
         const bool last = missing + 1 == structure.lobes.size();
-        if (!last_of_model || (missing == 0 && coupled(structure)) || (by_lobe && !last))
+        if (!last_of_model || (missing == 0 && structure.coupled()) || (by_lobe && !last))
             continue;
         Smaller part{static_cast<int>(missing), structure};
         part.structure.lobes.erase(part.structure.lobes.begin() +
@@ -380,7 +313,7 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     const bool f0_is_given = std::any_of(ranges.begin(), ranges.end(),
                                          [](const ParameterRange& r) { return r.name == "f0"; });
     // At f0 = 1 a coupled diffuse shape vanishes, so that no kd is the best and none can be found.
-    if (coupled(structure) && !f0_is_given)
+    if (structure.coupled() && !f0_is_given)
         ranges.push_back({"f0", 1, 0, highest_coupled_f0, false});
     fit.space = Space(structure.lobes, structure.isotropic, ranges);
     const Space& space = fit.space;

@@ -2,6 +2,7 @@
 
 #include "fit/minimise.hpp"
 #include "fit/objective.hpp"
+#include "fit/programs.hpp"
 #include "fit/search.hpp"
 #include "fit/space.hpp"
 #include "fit/uncertainty.hpp"
@@ -47,12 +48,6 @@ struct FitResult {
         return pass_seconds > 0 ? static_cast<double>(samples * passes) / pass_seconds : 0;
     }
 };
-
-/// The structure that model names of the command line mean: `names` joined by '+' gives lobes,
-/// a coupled model its diffuse shape too; `lambert` none. `diffuse`: the diffuse shape asked for,
-/// or empty. Throws UsageError for unknown names and combinations that do not fit together.
-Structure structure_named(const std::string& names, int lobes, const std::string& diffuse,
-                          bool isotropic);
 
 /// Fits structures to one file's samples. The samples must outlive it.
 class FileFitter {

@@ -18,7 +18,7 @@ constexpr std::size_t most_fused_sums = 40;
 // Where the reference explains this much less than the solution, the sums cancel: ask once more.
 constexpr double stale_reference = 30;
 constexpr int most_references = 4;
-// LOSS_CHUNK of kernels/fit.cl.
+// LOSS_CHUNK of kernels/passes/sums.cl.
 constexpr int largest_loss_chunk = 4;
 // Passes that solve kd and ks of a loss that is not quadratic, the first ones from nothing with
 // secant curvatures and no coefficient below a share of the largest. They end when a step would
@@ -33,26 +33,6 @@ std::size_t triangle(int n) {
 }
 
 } // namespace
-
-std::shared_ptr<const FitProgram> ProgramCache::get(const Structure& structure, int channels,
-                                                    int chunk) {
-    const std::string key = fmt::format("{} {} {}", structure.key(), channels, chunk);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    for (const Entry& entry : entries_)
-        if (entry.key == key)
-            return entry.program;
-    auto program = std::make_shared<FitProgram>(FitProgram{
-        structure, layout_of(structure), build_program(device_, structure, channels, chunk)});
-    entries_.push_back({key, program});
-    return program;
-}
-
-const cl::Program& ProgramCache::gram() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!gram_)
-        gram_ = build_gram_program(device_);
-    return *gram_;
-}
 
 Objective::Objective(const Device& device, std::shared_ptr<const FitProgram> program,
                      const DeviceSamples& samples)

@@ -1,54 +1,22 @@
 #pragma once
 
-#include "fit/device_samples.hpp"
+#include "fit/metric.hpp"
 #include "fit/nonnegative.hpp"
-#include "host/device/program.hpp"
+#include "fit/programs.hpp"
+#include "fit/samples.hpp"
 
 #include <Eigen/Dense>
 #include <array>
 #include <cstddef>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <vector>
 
 namespace brdfit {
 
-/// A program for fitting one structure to files of some number of channels.
-struct FitProgram {
-    Structure structure;
-    StructureLayout layout;
-    cl::Program program;
-};
-
-/// Builds each program once for a device. Safe to call from several threads.
-class ProgramCache {
-  public:
-    explicit ProgramCache(const Device& device) : device_(device) {}
-    std::shared_ptr<const FitProgram> get(const Structure& structure, int channels, int chunk);
-    /// Products of rows, for the global search.
-    const cl::Program& gram();
-
-  private:
-    struct Entry {
-        std::string key;
-        std::shared_ptr<const FitProgram> program;
-    };
-    const Device& device_;
-    std::mutex mutex_;
-    std::vector<Entry> entries_;
-    std::optional<cl::Program> gram_;
-};
-
 /// kd and ks: [channel][diffuse, lobes...].
 using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// Errors E = sqrt(sum_k w_k mean_ch (...)^2 / sum_k w_k) of a fit f to the samples y, in the order
-/// of Metric: ngan: iz (f - y); l2: the same with w_k = 1; log: ln(1 + iz max(f, 0)) - ln(1 + iz
-/// max(y, 0)); cbrt: cbrt(iz f) - cbrt(iz y), each cbrt continued below 1e-6 by the odd cubic that
-/// meets it smoothly.
-using MetricErrors = std::array<double, metric_count>;
 
 /// Sums a Gauss-Newton step or standard errors need, over the extended basis {b_j, d_e}; already
 /// divided by the norm, so that they belong to the mean squared error.

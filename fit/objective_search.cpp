@@ -35,7 +35,8 @@ std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<doubl
     const auto chunks = static_cast<std::size_t>(samples_.chunks);
     const std::size_t parameters = layout().parameters.size();
     const bool fresnel = !structure().lobes.empty() && structure().lobes.back()->fresnel();
-    const std::size_t sums = fresnel ? 5 + 2 * chunk : 2 + chunk; // SHAPE_SUMS of kernels/fit.cl
+    const std::size_t sums =
+        fresnel ? 5 + 2 * chunk : 2 + chunk; // SHAPE_SUMS of kernels/passes/sums.cl
     const cl::Buffer diffuse_theta =
         upload(device_, std::vector<float>(std::max<std::size_t>(parameters, 1), 0.0F));
     cl::Kernel& k = kernel("shape_sums");

@@ -1,11 +1,12 @@
 #include "fit/recover.hpp"
 
-#include "fit/device_samples.hpp"
 #include "fit/minimise.hpp"
 #include "fit/nonnegative.hpp"
+#include "fit/samples.hpp"
 #include "host/error.hpp"
+#include "host/microfacet/nodes.hpp"
 #include "host/parallel.hpp"
-#include "host/table/quadrature.hpp"
+#include "host/quadrature.hpp"
 
 #include <Eigen/Sparse>
 #include <algorithm>
@@ -17,7 +18,6 @@ namespace brdfit {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr std::size_t most_samples = 50000; ///< that the alternation looks at
 constexpr std::size_t few_samples = 10000;  ///< up to here every start is followed
 constexpr std::size_t most_thetas = 91, azimuths = 36;

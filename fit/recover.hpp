@@ -1,7 +1,7 @@
 #pragma once
 
 #include "fit/objective.hpp"
-#include "host/table/generator.hpp"
+#include "host/microfacet/generator.hpp"
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 #include "fit/report.hpp"
 
-#include "host/file.hpp"
+#include "host/files/file.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>

@@ -19,7 +19,7 @@ constexpr int points_about_one = 13, paired_points_about_one = 7;
 // Combinations that get one more lobe, and that have their f0 refined.
 constexpr std::size_t beam = 24;
 constexpr std::size_t refined = 96;
-constexpr int tile = 4; // TILE of kernels/gram.cl
+constexpr int tile = 4; // TILE of kernels/passes/gram.cl
 
 // A lobe's shape: its rows at the lowest and the highest f0 (equal where f0 is not free).
 struct Shape {

@@ -21,7 +21,7 @@ struct PartialFit {
     std::vector<double> theta;
 };
 
-/// Gives the program of kernels/gram.cl; called where there are several lobes.
+/// Gives the program of kernels/passes/gram.cl; called where there are several lobes.
 using GramProgram = std::function<const cl::Program&()>;
 
 /// Global search over a grid of lobe shapes on thinned samples.

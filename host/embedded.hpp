@@ -9,6 +9,6 @@ struct EmbeddedFile {
 };
 
 extern const EmbeddedFile embedded_kernels[]; ///< kernels/
-extern const EmbeddedFile embedded_demo[];    ///< host/cli/demo/: materials of the demo
+extern const EmbeddedFile embedded_demo[];    ///< fit/cli/demo/: materials of the demo
 
 } // namespace brdfit

@@ -1,14 +1,14 @@
 // Directional and hemispherical albedos: the kernels against float64 quadrature of the reference
 // equations, the command, and what is measured.
+#include "host/albedo/integrator.hpp"
+#include "host/albedo/material.hpp"
+#include "host/albedo/measured.hpp"
 #include "host/error.hpp"
+#include "host/evaluate/synthesise.hpp"
 #include "host/image/image.hpp"
 #include "host/measured/merl.hpp"
-#include "host/model/synthesise.hpp"
-#include "host/table/albedo.hpp"
-#include "host/table/integrator.hpp"
-#include "host/table/measured_albedo.hpp"
-#include "tests/albedo_reference.hpp"
-#include "tests/support.hpp"
+#include "tests/support/albedo_reference.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,8 +21,6 @@ namespace {
 
 using test::run_program;
 using test::TemporaryFolder;
-
-constexpr double degree = 3.14159265358979323846 / 180;
 
 const Device& device() {
     static const Device opened = open_device();

@@ -1,8 +1,9 @@
 #include "host/error.hpp"
+#include "host/files/directions.hpp"
 #include "host/measured/merl.hpp"
 #include "host/measured/read.hpp"
 #include "host/measured/write.hpp"
-#include "tests/support.hpp"
+#include "tests/support/support.hpp"
 
 #include <cmath>
 #include <cstring>

@@ -1,14 +1,15 @@
 #include "bench/compare.hpp"
-#include "bench/native.hpp"
+#include "bench/native/scalar.hpp"
+#include "bench/native_tasks.hpp"
 #include "bench/opencl.hpp"
 #include "bench/report.hpp"
-#include "bench/scalar.hpp"
-#include "host/device/program.hpp"
+#include "host/device/kernels.hpp"
 #include "host/embedded.hpp"
-#include "host/model/synthesise.hpp"
+#include "host/evaluate/synthesise.hpp"
+#include "host/model/structure.hpp"
 #include "host/version.hpp"
-#include "tests/reference_models.hpp"
-#include "tests/support.hpp"
+#include "tests/support/reference_models.hpp"
+#include "tests/support/support.hpp"
 
 #include <cmath>
 #include <cstdlib>

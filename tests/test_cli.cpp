@@ -2,12 +2,12 @@
 // it says, and what is wrong ends with the right status, a message that says what, and no
 // half-written file.
 
+#include "host/evaluate/synthesise.hpp"
 #include "host/measured/read.hpp"
-#include "host/model/synthesise.hpp"
 #include "host/version.hpp"
-#include "tests/cli.hpp"
-#include "tests/reference_models.hpp"
-#include "tests/support.hpp"
+#include "tests/support/cli.hpp"
+#include "tests/support/reference_models.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -2,9 +2,9 @@
 // right status, a message that says what, and no half-written file.
 
 #include "host/version.hpp"
-#include "tests/cli.hpp"
-#include "tests/fits.hpp"
-#include "tests/support.hpp"
+#include "tests/support/cli.hpp"
+#include "tests/support/fits.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <chrono>

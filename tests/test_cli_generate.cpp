@@ -1,6 +1,6 @@
 // brdfit generate on the command line, and the other commands on what it makes.
 
-#include "tests/support.hpp"
+#include "tests/support/support.hpp"
 
 #include <filesystem>
 #include <gtest/gtest.h>

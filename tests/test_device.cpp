@@ -1,10 +1,10 @@
 // Choosing a device, and what the program says where there is none or where kernels do not build.
 
-#include "host/device/program.hpp"
 #include "host/embedded.hpp"
 #include "host/error.hpp"
-#include "tests/fits.hpp"
-#include "tests/support.hpp"
+#include "host/model/structure.hpp"
+#include "tests/support/fits.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -189,7 +189,7 @@ TEST_F(Program, a_fit_says_so_too_when_kernels_do_not_build) {
         {"fit", folder / "data.csv", "-m", "ward", "--lobes", "2", "-o", folder / "out"},
         {"BRDFIT_KERNELS=" + kernels.path().string()});
     EXPECT_EQ(outcome.status, 1);
-    EXPECT_NE(outcome.err.find("kernels/gram.cl:"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("kernels/passes/gram.cl:"), std::string::npos) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
 }
 

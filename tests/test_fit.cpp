@@ -1,10 +1,11 @@
 // What a fit owes its user: it recovers what made the data, reports the errors of what it wrote,
 // minimises what it was asked to, and knows how sure it is.
 
+#include "fit/structures.hpp"
 #include "host/error.hpp"
-#include "tests/fits.hpp"
-#include "tests/reference_models.hpp"
-#include "tests/support.hpp"
+#include "tests/support/fits.hpp"
+#include "tests/support/reference_models.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 // The microfacet generator's tables against float64 integrals, and the known answers of the paper.
 
 #include "host/error.hpp"
-#include "host/table/generator.hpp"
-#include "tests/fits.hpp"
-#include "tests/reference_microfacet.hpp"
-#include "tests/support.hpp"
+#include "host/microfacet/generator.hpp"
+#include "tests/support/fits.hpp"
+#include "tests/support/reference_microfacet.hpp"
+#include "tests/support/support.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -15,7 +15,6 @@ namespace brdfit::test {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846, degree = pi / 180;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 const Generator& generator() {
@@ -24,8 +23,7 @@ const Generator& generator() {
 }
 
 Distribution distribution_of(const std::string& spec) {
-    return parse_distribution(spec, "spec.json",
-                              [](const DistributionPart& part) { return generator().mass(part); });
+    return generator().weighted(parse_distribution(spec, "spec.json"));
 }
 
 MicrofacetTable table_of(const std::string& spec, std::size_t points = 200) {
@@ -205,9 +203,7 @@ TEST(Generator, says_what_is_wrong_with_a_distribution) {
         std::string message;
         try {
             const Distribution distribution =
-                parse_distribution(spec, folder / "spec.json", [](const DistributionPart& part) {
-                    return generator().mass(part);
-                });
+                generator().weighted(parse_distribution(spec, folder / "spec.json"));
             generator().generate(distribution, {20, false}, folder / "spec.json");
         } catch (const std::runtime_error& error) {
             message = error.what();

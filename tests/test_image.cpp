@@ -1,7 +1,7 @@
 // OpenEXR and PNG images: what is written is read, and broken files are errors that name them.
 #include "host/error.hpp"
 #include "host/image/image.hpp"
-#include "tests/support.hpp"
+#include "tests/support/support.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -1,8 +1,9 @@
 // Fits of the metrics `log` and `cbrt`: kd and ks are solved for each theta as well as a minimiser
 // that sees them finds them, and what made the data is recovered.
 
-#include "tests/fits.hpp"
-#include "tests/reference_models.hpp"
+#include "fit/structures.hpp"
+#include "tests/support/fits.hpp"
+#include "tests/support/reference_models.hpp"
 
 #include <algorithm>
 #include <cmath>

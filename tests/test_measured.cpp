@@ -1,8 +1,10 @@
 #include "host/error.hpp"
+#include "host/files/columns.hpp"
+#include "host/files/directions.hpp"
 #include "host/measured/merl.hpp"
 #include "host/measured/read.hpp"
 #include "host/measured/write.hpp"
-#include "tests/support.hpp"
+#include "tests/support/support.hpp"
 
 #include <cmath>
 #include <cstring>
@@ -20,8 +22,6 @@ using test::read_file;
 using test::run_program;
 using test::TemporaryFolder;
 using test::write_file;
-
-constexpr double pi = 3.14159265358979323846;
 
 double dot(const Vector& a, const Vector& b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

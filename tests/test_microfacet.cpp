@@ -2,14 +2,14 @@
 // sampling, diffuse terms, Lambertian facets, and what a broken table says.
 
 #include "host/error.hpp"
+#include "host/evaluate/evaluate.hpp"
+#include "host/evaluate/synthesise.hpp"
 #include "host/image/image.hpp"
-#include "host/model/evaluate.hpp"
+#include "host/microfacet/generator.hpp"
 #include "host/model/material.hpp"
-#include "host/model/synthesise.hpp"
-#include "host/table/generator.hpp"
-#include "tests/chi_square.hpp"
-#include "tests/reference_microfacet.hpp"
-#include "tests/support.hpp"
+#include "tests/support/chi_square.hpp"
+#include "tests/support/reference_microfacet.hpp"
+#include "tests/support/support.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -22,7 +22,6 @@ namespace brdfit::test {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846, degree = pi / 180;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 const Generator& generator() {
@@ -39,9 +38,7 @@ class Tables {
         auto& known = paths_[key];
         if (known.empty()) {
             const Distribution distribution =
-                parse_distribution(spec, folder_ / "spec.json", [](const DistributionPart& part) {
-                    return generator().mass(part);
-                });
+                generator().weighted(parse_distribution(spec, folder_ / "spec.json"));
             known = fmt::format("{}.exr", paths_.size());
             write_table(generator().generate(distribution, {points, facets}, "spec"),
                         folder_ / known);
@@ -485,8 +482,7 @@ TEST(Microfacet, tables_do_not_depend_on_the_form) {
     other.form.vector_width = 1;
     other.form.local_size = 16;
     other.form.block = 1024;
-    const Distribution distribution =
-        parse_distribution(gauss, "spec", [](const DistributionPart&) { return 1.0; });
+    const Distribution distribution = generator().weighted(parse_distribution(gauss, "spec"));
     const MicrofacetTable there = Generator(other).generate(distribution, {32, false}, "spec");
     const MicrofacetTable here = generator().generate(distribution, {32, false}, "spec");
     for (std::size_t i = 0; i < here.g.size(); ++i) {

@@ -1,9 +1,9 @@
 // Materials of several lobes and channels equal the sum of their terms.
 
-#include "host/model/evaluate.hpp"
-#include "tests/pairs.hpp"
-#include "tests/reference_models.hpp"
-#include "tests/support.hpp"
+#include "host/evaluate/evaluate.hpp"
+#include "tests/support/pairs.hpp"
+#include "tests/support/reference_models.hpp"
+#include "tests/support/support.hpp"
 
 #include <cmath>
 #include <fmt/format.h>

@@ -2,10 +2,10 @@
 // what the catalogue says of them. A new model is covered without being named here.
 
 #include "host/embedded.hpp"
-#include "host/model/evaluate.hpp"
-#include "tests/pairs.hpp"
-#include "tests/reference_models.hpp"
-#include "tests/support.hpp"
+#include "host/evaluate/evaluate.hpp"
+#include "tests/support/pairs.hpp"
+#include "tests/support/reference_models.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>

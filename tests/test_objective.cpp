@@ -1,8 +1,9 @@
 // What the device sums, held against float64 on the host: errors, gradients, the solution for kd
 // and ks, for every structure a fit can have.
 
-#include "tests/fits.hpp"
-#include "tests/reference_models.hpp"
+#include "fit/structures.hpp"
+#include "tests/support/fits.hpp"
+#include "tests/support/reference_models.hpp"
 
 #include <algorithm>
 #include <cmath>

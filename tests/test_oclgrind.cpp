@@ -1,7 +1,7 @@
 // The kernels under oclgrind, which interprets them and finds data races between work-items and
 // accesses out of bounds, in the vector form of CPUs and the form of GPUs with its barriers.
 
-#include "tests/support.hpp"
+#include "tests/support/support.hpp"
 
 #include <cstdlib>
 #include <fmt/format.h>

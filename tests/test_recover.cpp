@@ -1,12 +1,14 @@
 // Distributions recovered from measurements that a known one makes.
 
-#include "fit/device_samples.hpp"
+#include "fit/metric.hpp"
+#include "fit/programs.hpp"
 #include "fit/recover.hpp"
-#include "fit/value_errors.hpp"
+#include "fit/samples.hpp"
+#include "fit/structures.hpp"
 #include "host/error.hpp"
-#include "host/model/evaluate.hpp"
-#include "tests/fits.hpp"
-#include "tests/support.hpp"
+#include "host/evaluate/evaluate.hpp"
+#include "tests/support/fits.hpp"
+#include "tests/support/support.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -36,8 +38,7 @@ Material material_of(const MicrofacetTable& table, double f0, std::vector<double
 }
 
 Samples measured(const std::string& spec, std::size_t count) {
-    const Distribution distribution = parse_distribution(
-        spec, "spec", [](const DistributionPart& part) { return generator().mass(part); });
+    const Distribution distribution = generator().weighted(parse_distribution(spec, "spec"));
     const Material truth = material_of(generator().generate(distribution, {400, false}, "spec"),
                                        0.4, {0.1, 0.3}, {0.8, 0.5});
     const bool isotropic = truth.isotropic();

@@ -3,13 +3,14 @@
 // without being named here.
 
 #include "host/device/buffer.hpp"
-#include "host/device/program.hpp"
+#include "host/device/kernels.hpp"
 #include "host/error.hpp"
-#include "host/model/sample.hpp"
-#include "tests/chi_square.hpp"
-#include "tests/hemisphere.hpp"
-#include "tests/reference_models.hpp"
-#include "tests/support.hpp"
+#include "host/evaluate/sample.hpp"
+#include "host/model/structure.hpp"
+#include "tests/support/chi_square.hpp"
+#include "tests/support/hemisphere.hpp"
+#include "tests/support/reference_models.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,9 +23,6 @@
 namespace brdfit::test {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
-constexpr double degree = pi / 180;
 
 /// A lobe of roughness `across` along y and `along` along x; an exponent n stands for sqrt(2 / n).
 /// The other parameters are typical.
@@ -269,7 +267,7 @@ TEST(Sampler, RefusesWhatIsNoViewer) {
 
 namespace {
 
-/// Words that kernels/random.cl makes: `body` sets x[0..3] for the item `i`.
+/// Words that kernels/base/random.cl makes: `body` sets x[0..3] for the item `i`.
 std::vector<cl_uint> random_words(const std::string& body, std::size_t items) {
     std::string text =
         "#define V 1\n#define LS 1\n" + kernel_source("common.cl") + kernel_source("random.cl") +

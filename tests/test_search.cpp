@@ -1,9 +1,10 @@
 // A fit finds the best optimum there is: no random start finds a better one, and whatever contains
 // something else is never worse than it.
 
-#include "tests/fits.hpp"
-#include "tests/support.hpp"
+#include "tests/support/fits.hpp"
+#include "tests/support/support.hpp"
 
+#include "fit/structures.hpp"
 #include "host/measured/read.hpp"
 
 #include <cmath>

@@ -1,8 +1,9 @@
 // brdfit tune: what it keeps, and when that is used.
 
-#include "host/device/program.hpp"
+#include "host/device/kernels.hpp"
 #include "host/device/tuning.hpp"
-#include "tests/support.hpp"
+#include "host/model/structure.hpp"
+#include "tests/support/support.hpp"
 
 #include <cstdlib>
 #include <filesystem>

@@ -3,10 +3,12 @@
 #include "bench/problem.hpp"
 #include "fit/fit.hpp"
 #include "fit/nonnegative.hpp"
+#include "fit/programs.hpp"
 #include "fit/search.hpp"
+#include "fit/structures.hpp"
+#include "host/evaluate/synthesise.hpp"
 #include "host/measured/read.hpp"
 #include "host/measured/write.hpp"
-#include "host/model/synthesise.hpp"
 
 #include <benchmark/benchmark.h>
 #include <cstdlib>

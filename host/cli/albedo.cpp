@@ -1,10 +1,11 @@
-#include "host/table/albedo.hpp"
+#include "host/albedo/file.hpp"
+#include "host/albedo/material.hpp"
+#include "host/albedo/measured.hpp"
 #include "host/cli/command.hpp"
 #include "host/cli/isotropy.hpp"
 #include "host/error.hpp"
+#include "host/image/plot.hpp"
 #include "host/measured/read.hpp"
-#include "host/table/albedo_file.hpp"
-#include "host/table/measured_albedo.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>
@@ -19,7 +20,6 @@ namespace brdfit::cli {
 
 namespace {
 
-constexpr double degree = 3.14159265358979323846 / 180;
 constexpr std::size_t anisotropic_azimuths = 36;
 constexpr std::size_t most_directions_of_albedo = 1 << 20;
 

@@ -1,7 +1,7 @@
 #include "host/cli/command.hpp"
-#include "host/measured/read.hpp"
-#include "host/measured/write.hpp"
-#include "host/model/evaluate.hpp"
+#include "host/evaluate/evaluate.hpp"
+#include "host/files/columns.hpp"
+#include "host/files/directions.hpp"
 #include "host/version.hpp"
 
 #include <filesystem>

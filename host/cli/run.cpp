@@ -1,11 +1,12 @@
 #include "host/cli/command.hpp"
 #include "host/error.hpp"
-#include "host/file.hpp"
+#include "host/files/file.hpp"
 #include "host/version.hpp"
 
 #include <CL/opencl.hpp>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <new>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -14,9 +15,31 @@ namespace brdfit::cli {
 
 namespace {
 
-constexpr AddCommand commands[] = {add_devices, add_models,   add_info, add_synth,  add_convert,
-                                   add_fit,     add_eval,     add_pdf,  add_sample, add_albedo,
-                                   add_table,   add_generate, add_demo, add_bench,  add_tune};
+constexpr AddCommand commands[] = {
+    add_devices, add_models, add_info,   add_synth, add_convert,  add_fit,  add_eval,
+    add_pdf,     add_sample, add_albedo, add_table, add_generate, add_demo,
+#ifdef BRDFIT_BENCH
+    add_bench,   add_tune,
+#endif
+};
+
+// The program's messages go to stderr through a logger of its own, which is the default one while
+// a command runs; the caller's comes back afterwards.
+class Messages {
+  public:
+    Messages() : before_(spdlog::default_logger()) {
+        auto log = std::make_shared<spdlog::logger>(
+            "brdfit", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+        log->set_pattern("brdfit: %^%l%$: %v");
+        spdlog::set_default_logger(log);
+    }
+    ~Messages() { spdlog::set_default_logger(before_); }
+    Messages(const Messages&) = delete;
+    Messages& operator=(const Messages&) = delete;
+
+  private:
+    std::shared_ptr<spdlog::logger> before_;
+};
 
 constexpr int bad_input = 1, wrong_usage = 2;
 
@@ -24,9 +47,7 @@ constexpr int bad_input = 1, wrong_usage = 2;
 
 int run(int argc, char** argv) {
     remove_temporaries_on_signals();
-    auto log = spdlog::stderr_color_mt("brdfit");
-    log->set_pattern("brdfit: %^%l%$: %v");
-    spdlog::set_default_logger(log);
+    const Messages messages;
 
     Globals globals;
     Action action;
@@ -34,6 +55,9 @@ int run(int argc, char** argv) {
     app.set_version_flag("--version", version);
     app.require_subcommand(1);
     app.fallthrough();
+#ifndef BRDFIT_BENCH
+    app.footer("This build has no bench and tune; cmake -DBRDFIT_BENCH=ON adds them.");
+#endif
     app.add_option("--device", globals.device, "OpenCL device: its index or a part of its name");
     auto* quiet = app.add_flag("-q,--quiet", globals.quiet, "only errors and results");
     app.add_flag("-v,--verbose", globals.verbose, "say what is done and how fast")->excludes(quiet);

@@ -1,6 +1,6 @@
-#include "host/model/sample.hpp"
+#include "host/evaluate/sample.hpp"
 #include "host/cli/command.hpp"
-#include "host/measured/write.hpp"
+#include "host/files/columns.hpp"
 #include "host/version.hpp"
 
 #include <cmath>
@@ -10,8 +10,6 @@
 namespace brdfit::cli {
 
 namespace {
-
-constexpr double degree = 3.14159265358979323846 / 180;
 
 struct Options {
     std::string material, out;

@@ -1,9 +1,9 @@
 #include "host/cli/command.hpp"
 #include "host/cli/within.hpp"
 #include "host/error.hpp"
-#include "host/measured/read.hpp"
+#include "host/evaluate/synthesise.hpp"
+#include "host/files/directions.hpp"
 #include "host/measured/write.hpp"
-#include "host/model/synthesise.hpp"
 #include "host/version.hpp"
 
 #include <charconv>

@@ -1,7 +1,6 @@
 #include "host/table/table.hpp"
 #include "host/cli/command.hpp"
 #include "host/error.hpp"
-#include "host/file.hpp"
 
 #include <chrono>
 #include <filesystem>
@@ -35,8 +34,21 @@ TableSpec spec_of(const Options& options) {
         throw UsageError(fmt::format("'{}' is neither a preset nor a specification (.json); "
                                      "presets: {}",
                                      options.what, preset_names()));
-    const MappedFile file(options.what);
-    return parse_table_spec(std::string(file.bytes()), options.what);
+    return read_table_spec(options.what);
+}
+
+// --fix NAME=VALUE.
+void fix_parameter(TableSpec& spec, const std::string& text) {
+    const std::size_t equals = text.find('=');
+    double value = 0;
+    if (equals == std::string::npos || equals == 0 ||
+        !CLI::detail::lexical_cast(text.substr(equals + 1), value))
+        throw UsageError(fmt::format("--fix {}: expected NAME=VALUE, for example alpha=0.2", text));
+    try {
+        set_parameter(spec, text.substr(0, equals), value);
+    } catch (const UsageError& error) {
+        throw UsageError(fmt::format("--fix {}", error.what()));
+    }
 }
 
 int list_presets() {
@@ -59,7 +71,7 @@ int table(const Options& options, const Globals& globals) {
     if (!options.model.empty())
         set_model(spec, model_named(options.model));
     for (const std::string& fix : options.fixes)
-        set_parameter(spec, fix);
+        fix_parameter(spec, fix);
     if (options.size > 0)
         set_size(spec, options.size);
     if (options.tolerance_given)

@@ -44,8 +44,8 @@ inline std::size_t padded(std::size_t count, std::size_t step) {
     return (count + step - 1) / step * step;
 }
 
-/// Enqueues a kernel whose work-items handle runs (FOR_EACH_OF_RUN of kernels/common.cl) of `count`
-/// vectors, for each of `rows`.
+/// Enqueues a kernel whose work-items handle runs (FOR_EACH_OF_RUN of kernels/base/common.cl) of
+/// `count` vectors, for each of `rows`.
 inline void enqueue_runs(const Device& device, cl::Kernel& kernel, std::size_t count,
                          std::size_t rows = 1) {
     const auto local = static_cast<std::size_t>(device.form.local_size);

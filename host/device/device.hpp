@@ -8,7 +8,7 @@
 namespace brdfit {
 
 /// How kernels are written for a device: vectors and one item a group on a CPU, scalars and many
-/// items a group on a GPU. The macros of the same names in kernels/common.cl.
+/// items a group on a GPU. The macros of the same names in kernels/base/common.cl.
 struct Form {
     int vector_width; ///< V: samples a work-item handles at once, a power of 2 up to 16
     int local_size;   ///< LS: work-items a group, a power of 2

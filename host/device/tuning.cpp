@@ -1,8 +1,9 @@
 #include "host/device/tuning.hpp"
 
-#include "host/device/program.hpp"
+#include "host/device/kernels.hpp"
 #include "host/error.hpp"
-#include "host/file.hpp"
+#include "host/files/file.hpp"
+#include "host/files/json.hpp"
 
 #include <cstdlib>
 #include <filesystem>
@@ -20,24 +21,22 @@ bool power_of_2(int x) {
 }
 
 // The entries of the file; empty where there is none. Throws InputError for anything else.
-nlohmann::ordered_json read_entries(const std::string& path) {
+Json read_entries(const std::string& path) {
     if (!std::filesystem::exists(path))
-        return nlohmann::ordered_json::array();
-    const MappedFile file(path);
-    const nlohmann::ordered_json json =
-        file.bytes().size() > most_bytes
-            ? nlohmann::ordered_json()
-            : nlohmann::ordered_json::parse(file.bytes(), nullptr, false);
-    if (!json.is_object() || !json.contains("tuning") || !json["tuning"].is_array())
-        throw InputError(fmt::format("{}: is not what brdfit tune writes: expected an object with "
-                                     "a list 'tuning'",
-                                     path));
-    return json["tuning"];
+        return Json::array();
+    const std::string expected = "what brdfit tune writes, an object with a list 'tuning'";
+    const Json json = read_json(path, expected, most_bytes);
+    const Place top{path, ""};
+    check_object(json, top, expected);
+    const Json& entries = required(json, top, "tuning", "a list");
+    if (!entries.is_array())
+        top.member("tuning").fail(entries, "a list");
+    return entries;
 }
 
-bool is_of(const nlohmann::ordered_json& entry, const Device& device) {
-    return entry.is_object() && entry.value("device", nlohmann::ordered_json()) == device.name &&
-           entry.value("platform", nlohmann::ordered_json()) == device.platform;
+bool is_of(const Json& entry, const Device& device) {
+    return entry.is_object() && entry.value("device", Json()) == device.name &&
+           entry.value("platform", Json()) == device.platform;
 }
 
 } // namespace
@@ -52,7 +51,7 @@ bool is_possible(const Form& form, const Device& device) {
            form.candidates <= 16;
 }
 
-nlohmann::ordered_json to_json(const Form& form) {
+Json to_json(const Form& form) {
     return {{"vector_width", form.vector_width},
             {"local_size", form.local_size},
             {"block", form.block},
@@ -98,21 +97,21 @@ void store_tuned_form(const Device& device, const Form& form) {
     if (path.empty())
         throw InputError("no place to keep the tuning: none of BRDFIT_TUNING, XDG_CONFIG_HOME and "
                          "HOME is set");
-    nlohmann::ordered_json entries = nlohmann::ordered_json::array();
+    Json entries = Json::array();
     for (const auto& entry : read_entries(path))
         if (!is_of(entry, device))
             entries.push_back(entry);
-    nlohmann::ordered_json entry = {{"device", device.name},
-                                    {"platform", device.platform},
-                                    {"driver", device.driver},
-                                    {"kernels", kernel_hash()}};
+    Json entry = {{"device", device.name},
+                  {"platform", device.platform},
+                  {"driver", device.driver},
+                  {"kernels", kernel_hash()}};
     entry.update(to_json(form));
     entries.push_back(entry);
     const std::string folder = std::filesystem::path(path).parent_path();
     if (!folder.empty())
         make_output_folder(folder);
     OutputFile file(path);
-    file.write(nlohmann::ordered_json{{"tuning", entries}}.dump(2) + "\n");
+    file.write(Json{{"tuning", entries}}.dump(2) + "\n");
     file.commit();
 }
 

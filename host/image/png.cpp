@@ -1,7 +1,7 @@
 #include "host/image/image.hpp"
 
 #include "host/error.hpp"
-#include "host/file.hpp"
+#include "host/files/file.hpp"
 #include "host/image/limits.hpp"
 
 #include <cmath>

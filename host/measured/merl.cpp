@@ -17,7 +17,6 @@ namespace brdfit::merl {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr std::size_t channel_count = 3;
 constexpr const char* channel_names[channel_count] = {"R", "G", "B"};
 constexpr double scale[channel_count] = {1.0 / 1500, 1.15 / 1500, 1.66 / 1500};

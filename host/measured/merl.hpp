@@ -1,6 +1,6 @@
 #pragma once
 
-#include "host/file.hpp"
+#include "host/files/file.hpp"
 #include "host/measured/samples.hpp"
 
 #include <memory>

@@ -1,4 +1,4 @@
-#include "host/measured/scattered.hpp"
+#include "host/measured/formats.hpp"
 
 #include <algorithm>
 #include <cfloat>

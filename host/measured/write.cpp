@@ -1,19 +1,15 @@
 #include "host/measured/write.hpp"
 
 #include "host/error.hpp"
-#include "host/file.hpp"
+#include "host/files/columns.hpp"
+#include "host/files/npy.hpp"
 #include "host/measured/merl.hpp"
-#include "host/measured/npy.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <fmt/compile.h>
 #include <fmt/format.h>
-#include <iterator>
 #include <spdlog/spdlog.h>
-#include <unordered_set>
 
 namespace brdfit {
 
@@ -21,73 +17,15 @@ namespace {
 
 enum class Ending { Merl, Csv, Npy };
 
-Ending ending_of(const std::string& path, bool merl_allowed) {
+Ending ending_of(const std::string& path) {
     const std::string ending = std::filesystem::path(path).extension().string();
     if (ending == ".csv")
         return Ending::Csv;
     if (ending == ".npy")
         return Ending::Npy;
-    if (ending == ".binary" && merl_allowed)
+    if (ending == ".binary")
         return Ending::Merl;
-    throw UsageError(fmt::format("{}: unknown ending; expected {}.csv or .npy", path,
-                                 merl_allowed ? ".binary, " : ""));
-}
-
-/// Collects output and passes it on in large pieces.
-class Writer {
-  public:
-    explicit Writer(const std::string& path) : file_(path) {}
-
-    void bytes(std::string_view text) { buffer_.append(text.data(), text.data() + text.size()); }
-    void raw(float value) { bytes({reinterpret_cast<const char*>(&value), sizeof value}); }
-    /// Number as the shortest text that is read back the same, then `separator`.
-    template <typename Number>
-    void text(Number value, char separator) {
-        fmt::format_to(std::back_inserter(buffer_), FMT_COMPILE("{}{}"), value, separator);
-    }
-    void end_row() {
-        if (buffer_.size() >= 1 << 20)
-            flush();
-    }
-    void commit() {
-        flush();
-        file_.commit();
-    }
-
-  private:
-    void flush() {
-        file_.write(buffer_.data(), buffer_.size());
-        buffer_.clear();
-    }
-    OutputFile file_;
-    fmt::memory_buffer buffer_;
-};
-
-/// The `# ` lines and the line of names that begin a CSV file.
-std::string csv_head(const std::vector<std::string>& names,
-                     const std::vector<std::string>& provenance) {
-    std::string head;
-    for (std::string line : provenance) {
-        std::replace_if(
-            line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-        head += "# " + line + '\n';
-    }
-    return head + fmt::format("{}\n", fmt::join(names, ","));
-}
-
-/// Throws where a CSV file with these columns could not be read back.
-void require_csv_names(const std::string& path, const std::vector<std::string>& names) {
-    std::unordered_set<std::string> seen;
-    for (const std::string& name : names) {
-        const bool outer_space =
-            !name.empty() && (std::isspace(static_cast<unsigned char>(name[0])) ||
-                              std::isspace(static_cast<unsigned char>(name.back())));
-        if (name.empty() || outer_space || name.find_first_of(",\r\n") != std::string::npos)
-            throw InputError(fmt::format("{}: the channel name '{}' cannot head a column of a .csv",
-                                         path, name));
-        if (!seen.insert(name).second)
-            throw InputError(fmt::format("{}: two columns would have the name '{}'", path, name));
-    }
+    throw UsageError(fmt::format("{}: unknown ending; expected .binary, .csv or .npy", path));
 }
 
 /// An angle without the digits that float32 directions do not have.
@@ -125,7 +63,7 @@ void write_csv(const Samples& samples, const std::string& path,
     require_csv_names(path, names);
     if (!weights)
         names.pop_back();
-    Writer writer(path);
+    RowWriter writer(path);
     writer.bytes(csv_head(names, provenance));
     const std::size_t channels = samples.channels.size();
     for (std::size_t k = 0; k < samples.count(); ++k) {
@@ -153,7 +91,7 @@ void write_csv(const Samples& samples, const std::string& path,
 void write_npy(const Samples& samples, const std::string& path) {
     const std::size_t channels = samples.channels.size();
     const Directions& directions = *samples.directions;
-    Writer writer(path);
+    RowWriter writer(path);
     writer.bytes(npy::header(samples.valid_count(), 6 + channels + 1));
     for (std::size_t k = 0; k < samples.count(); ++k) {
         if (!samples.valid[k])
@@ -216,7 +154,7 @@ void write_merl(const Samples& samples, const std::string& path) {
 
 void write_samples(const Samples& samples, const std::string& path,
                    const std::vector<std::string>& provenance) {
-    switch (ending_of(path, true)) {
+    switch (ending_of(path)) {
     case Ending::Merl:
         return write_merl(samples, path);
     case Ending::Csv:
@@ -226,28 +164,6 @@ void write_samples(const Samples& samples, const std::string& path,
         require_valid_samples(samples, path);
         return write_npy(samples, path);
     }
-}
-
-void write_columns(const std::string& path, const std::vector<std::string>& names,
-                   const std::vector<std::vector<float>>& columns,
-                   const std::vector<std::string>& provenance) {
-    const Ending ending = ending_of(path, false);
-    const std::size_t rows = columns.empty() ? 0 : columns[0].size();
-    if (ending == Ending::Csv)
-        require_csv_names(path, names);
-    Writer writer(path);
-    writer.bytes(ending == Ending::Csv ? csv_head(names, provenance)
-                                       : npy::header(rows, columns.size()));
-    for (std::size_t row = 0; row < rows; ++row) {
-        for (std::size_t i = 0; i < columns.size(); ++i) {
-            if (ending == Ending::Csv)
-                writer.text(columns[i][row], i + 1 < columns.size() ? ',' : '\n');
-            else
-                writer.raw(columns[i][row]);
-        }
-        writer.end_row();
-    }
-    writer.commit();
 }
 
 } // namespace brdfit

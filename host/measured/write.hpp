@@ -16,10 +16,4 @@ namespace brdfit {
 void write_samples(const Samples& samples, const std::string& path,
                    const std::vector<std::string>& provenance = {});
 
-/// Writes a table of named float columns as `.csv` (with `# ` provenance lines) or `.npy` (N, M)
-/// float32. `columns[m]` holds N values. Throws UsageError for another ending.
-void write_columns(const std::string& path, const std::vector<std::string>& names,
-                   const std::vector<std::vector<float>>& columns,
-                   const std::vector<std::string>& provenance = {});
-
 } // namespace brdfit

@@ -34,26 +34,27 @@ enum class Kind {
 /// kernels/models/NAME.cl, which defines (with '-' as '_')
 ///     NAME_prepare(geometry, real plane[])               quantities of the directions alone
 ///     real NAME(const real plane[], theta, real d[])     value, and derivative by each parameter
-/// and, for a lobe, with theta in the anisotropic form (see kernels/sampling.cl)
+/// and, for a lobe, with theta in the anisotropic form (see kernels/terms/half_vectors.cl)
 ///     geometry NAME_sample(wo, theta, u1, u2)            wi drawn from two uniform numbers
 ///     real NAME_density(geometry, theta)                 its density by the solid angle of wi
 struct Model {
     std::string name;
-    Kind kind;
+    Kind kind = Kind::Lobe;
     std::string lobe;     ///< DiffuseAndLobe: the lobe model it is coupled with
     std::string shape;    ///< g, or the diffuse shape, for people
     std::string equation; ///< paper and equation
     /// Isotropic and anisotropic form; equal where the model has one form only.
     std::vector<Parameter> isotropic, anisotropic;
     /// Planes that NAME_prepare fills in the isotropic and the anisotropic form.
-    int isotropic_planes, anisotropic_planes;
-    bool reciprocal;
-    bool conserves_energy; ///< R <= 1 for every parameter in range, ks = f0 = 1 (Kind::Lobe)
+    int isotropic_planes = 0, anisotropic_planes = 0;
+    bool reciprocal = true;
+    bool conserves_energy =
+        false; ///< R <= 1 for every parameter in range, ks = f0 = 1 (Kind::Lobe)
     /// Name as a diffuse shape, in material files and --diffuse, where it is not `name`; such a
     /// model is an option of its lobe, not listed by itself.
-    std::string diffuse_name = {};
+    std::string diffuse_name;
     /// A variant of that model, which renderers use: chosen by name, not listed by itself.
-    std::string variant_of = {};
+    std::string variant_of;
     /// Whether its shape comes from a table that the lobe names (a diffuse shape: the first lobe)
     /// beside its parameters. Its functions then take `table` after theta; it is not fitted.
     bool table = false;

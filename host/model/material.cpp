@@ -1,8 +1,8 @@
 #include "host/model/material.hpp"
 
 #include "host/error.hpp"
-#include "host/file.hpp"
-#include "host/json.hpp"
+#include "host/files/file.hpp"
+#include "host/files/json.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -93,10 +93,8 @@ bool parse_form(const Json& object, const Place& at, const Model& model) {
 }
 
 bool optional_bool(const Json& object, const Place& at, const std::string& key) {
-    const auto found = object.find(key);
-    if (found != object.end() && !found->is_boolean())
-        at.member(key).fail(*found, "true or false");
-    return found != object.end() && found->get<bool>();
+    const Json* const found = optional(object, key);
+    return found != nullptr && parse_bool(*found, at.member(key));
 }
 
 /// The table a lobe names, relative to the material's file.
@@ -205,8 +203,9 @@ bool Material::isotropic() const {
     });
 }
 
-Material parse_material(const std::string& text, const std::string& source) {
-    const Json json = parse_json(text, source, "a material");
+namespace {
+
+Material material_from(const Json& json, const std::string& source) {
     const Place top{source, ""};
     check_object(json, top, "an object that describes a material");
     const std::string format = "1, the version of the material format";
@@ -248,19 +247,21 @@ Material parse_material(const std::string& text, const std::string& source) {
             fmt::format("a diffuse model that goes with {}; this one needs a first lobe of {}",
                         material.lobes.empty() ? "no lobe" : material.lobes[0].model->name, lobe));
 
-    if (const auto fit = json.find("fit"); fit != json.end()) {
+    if (const Json* const fit = optional(json, "fit")) {
         check_object(*fit, top.member("fit"), "an object");
         material.fit = *fit;
     }
     return material;
 }
 
+} // namespace
+
+Material parse_material(const std::string& text, const std::string& source) {
+    return material_from(parse_json(text, source, "a material"), source);
+}
+
 Material read_material(const std::string& path) {
-    const MappedFile file(path);
-    if (file.bytes().size() > max_bytes)
-        throw InputError(fmt::format("{}: has {} bytes; expected a material file of at most {}",
-                                     path, file.bytes().size(), max_bytes));
-    return parse_material(std::string(file.bytes()), path);
+    return material_from(read_json(path, "a material file", max_bytes), path);
 }
 
 nlohmann::ordered_json to_json(const Material& material) {

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "host/microfacet/table.hpp"
 #include "host/model/catalogue.hpp"
-#include "host/table/microfacet.hpp"
 
 #include <memory>
 #include <nlohmann/json.hpp>

@@ -1,12 +1,11 @@
 #include "host/table/table.hpp"
 
+#include "host/albedo/integrator.hpp"
+#include "host/albedo/material.hpp"
 #include "host/error.hpp"
-#include "host/table/albedo.hpp"
-#include "host/table/integrator.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <iterator>
@@ -21,7 +20,6 @@ constexpr double mirror = 1e-8;
 /// Nodes of an average: the first rule, and the last.
 constexpr std::size_t fewest_nodes = 16, most_nodes = 512;
 constexpr double least_average_cosine = 1e-8;
-constexpr std::size_t largest_size = 4096;
 
 /// The parameter that roughness axes set: the first that is not spaced linearly.
 const Parameter& roughness_of(const Model& model) {
@@ -240,29 +238,23 @@ void set_model(TableSpec& spec, const Model& model) {
     spec.parameters.clear();
 }
 
-void set_parameter(TableSpec& spec, const std::string& text) {
-    const std::size_t equals = text.find('=');
-    const std::string name = text.substr(0, equals);
+void set_parameter(TableSpec& spec, const std::string& name, double value) {
     const Parameter& roughness = roughness_of(*spec.model);
     std::string known;
     for (const Parameter& p : spec.model->isotropic) {
         if (p.name == roughness.name || p.name == "f0")
             continue;
-        if (p.name == name && equals != std::string::npos) {
-            double value = 0;
-            const char* const end = text.data() + text.size();
-            const auto [stop, error] = std::from_chars(text.data() + equals + 1, end, value);
-            if (error != std::errc() || stop != end || !(value >= p.lower && value <= p.upper))
-                throw UsageError(
-                    fmt::format("--fix {}: expected a number in [{}, {}]", text, p.lower, p.upper));
+        if (p.name == name) {
+            if (!(value >= p.lower && value <= p.upper))
+                throw UsageError(fmt::format("{}={}: expected a number in [{}, {}]", name, value,
+                                             p.lower, p.upper));
             spec.parameters[name] = value;
             return;
         }
         known += (known.empty() ? "" : ", ") + p.name;
     }
-    throw UsageError(fmt::format("--fix {}: expected NAME=VALUE; parameters of {} that no axis "
-                                 "sets: {}",
-                                 text, spec.model->name, known.empty() ? "none" : known));
+    throw UsageError(fmt::format("{}: is no parameter of {} that no axis sets; those are: {}", name,
+                                 spec.model->name, known.empty() ? "none" : known));
 }
 
 void set_size(TableSpec& spec, std::size_t size) {
@@ -271,6 +263,9 @@ void set_size(TableSpec& spec, std::size_t size) {
     for (Axis& axis : spec.axes)
         if (axis.kind == AxisKind::CosTheta || axis.kind == AxisKind::Roughness)
             axis.size = size;
+    if (spec.entries() > most_entries)
+        throw UsageError(fmt::format("--size {}: makes {} entries; expected at most {}", size,
+                                     spec.entries(), most_entries));
 }
 
 Table compute_table(const Device& device, const TableSpec& spec) {

@@ -98,15 +98,20 @@ const TableSpec* find_preset(const std::string& name);
 /// Parses a table's specification, JSON as README.md describes it. `source` names it in messages.
 /// Throws InputError naming source, key and expectation for anything else.
 TableSpec parse_table_spec(const std::string& text, const std::string& source);
+TableSpec read_table_spec(const std::string& path);
 
 /// Puts another model in the table's place of GGX. Throws UsageError where it has no lobe.
 void set_model(TableSpec& spec, const Model& model);
-/// Sets a parameter given as NAME=VALUE. Throws UsageError where the model has none of that name,
-/// or the value is out of its range.
-void set_parameter(TableSpec& spec, const std::string& text);
+/// Sets a parameter that no axis sets. Throws UsageError where the model has none of that name, or
+/// the value is out of its range.
+void set_parameter(TableSpec& spec, const std::string& name, double value);
 /// Sets both axes of a table of cos_theta and roughness, or the axis of an average. Throws
-/// UsageError for fewer than 2 or more than 4096.
+/// UsageError for fewer than 2 or more than largest_size, and where that makes more than
+/// most_entries.
 void set_size(TableSpec& spec, std::size_t size);
+
+/// Nodes of an axis and entries of a table at most.
+inline constexpr std::size_t largest_size = 4096, most_entries = std::size_t{1} << 22;
 
 /// Computes a table. Throws UsageError for a tolerance out of reach, InputError where an entry is
 /// infinite or does not reach the tolerance, naming it.

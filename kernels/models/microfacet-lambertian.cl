@@ -1,7 +1,7 @@
 // Ashikhmin, Premoze, Shirley 2000, Eq. 33 with Lambertian facets, beta = 1 / pi, on an isotropic
 // distribution:
 //     g = P(wi, wo) / (iz oz <h.n>) integral of beta (wi.h)+ (wo.h)+ p(h) dw
-// the integral from a table over both elevations (in the rows of kernels/grid.cl) and the azimuth
+// the integral from a table over both elevations (in the rows of kernels/terms/grid.cl) and the azimuth
 // between the directions, in equal steps over [0, pi].
 // theta: none
 

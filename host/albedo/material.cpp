@@ -1,0 +1,217 @@
+#include "host/albedo/material.hpp"
+
+#include "host/error.hpp"
+#include "host/evaluate/evaluate.hpp"
+#include "host/quadrature.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+
+namespace brdfit {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Nodes of the hemispherical albedo: doubled until two agree.
+constexpr std::size_t fewest_nodes = 16, most_nodes = 256;
+/// The first nodes are nearer to the horizon than a limit (see AlbedoIntegrator) and weigh nothing.
+constexpr double least_cosine = 1e-8;
+/// Azimuths of an anisotropic material's.
+constexpr std::size_t average_azimuths = 32;
+
+/// One component of a material: its share of R in each channel and its integrator.
+struct Component {
+    std::vector<double> coefficients;
+    AlbedoIntegrator integrator;
+    std::vector<double> theta;
+    double tolerance;
+};
+
+std::vector<Component> components_of(const Device& device, const Material& material,
+                                     double tolerance) {
+    std::vector<std::vector<double>> coefficients{material.kd};
+    for (const Lobe& lobe : material.lobes)
+        coefficients.push_back(lobe.ks);
+    const auto largest = [](const std::vector<double>& values) {
+        return *std::max_element(values.begin(), values.end());
+    };
+    const auto used = static_cast<double>(
+        std::count_if(coefficients.begin(), coefficients.end(),
+                      [&](const std::vector<double>& c) { return largest(c) > 0; }));
+    std::vector<Component> components;
+    for (std::size_t j = 0; j < coefficients.size(); ++j) {
+        if (!(largest(coefficients[j]) > 0))
+            continue;
+        // A program a component: others with the same model share it.
+        Structure structure;
+        structure.diffuse = j == 0 ? material.diffuse : &model_named("lambert");
+        std::vector<double> theta;
+        std::vector<float> shared;
+        const bool needs_lobe = j > 0 || material.diffuse->kind == Kind::DiffuseAndLobe;
+        if (needs_lobe) {
+            const Lobe& lobe = material.lobes.at(j == 0 ? 0 : j - 1);
+            structure.lobes.push_back(lobe.model);
+            theta = lobe.anisotropic_theta();
+            if (lobe.model->table) {
+                Material alone = material;
+                alone.lobes = {lobe};
+                shared = device_parameters(alone, false);
+            }
+        }
+        components.push_back({coefficients[j],
+                              AlbedoIntegrator(device, structure, j == 0 ? 0 : 1, shared), theta,
+                              tolerance / used / largest(coefficients[j])});
+    }
+    return components;
+}
+
+struct Estimate {
+    double value = 0, error = 0;
+    bool reached = true;
+};
+
+/// R by [channel][direction]; `slack` multiplies the tolerance at each direction.
+std::vector<std::vector<Estimate>> directional(std::vector<Component>& components,
+                                               const std::vector<Vector>& wo,
+                                               const std::vector<double>& slack,
+                                               std::size_t channels) {
+    std::vector<std::vector<Estimate>> sums(channels, std::vector<Estimate>(wo.size()));
+    for (Component& component : components) {
+        std::vector<AlbedoTask> tasks;
+        for (std::size_t k = 0; k < wo.size(); ++k)
+            tasks.push_back({wo[k], component.theta, component.tolerance * slack[k], 0});
+        const std::vector<AlbedoValue> values = component.integrator.integrate(tasks);
+        for (std::size_t ch = 0; ch < channels; ++ch)
+            for (std::size_t k = 0; k < wo.size(); ++k) {
+                if (component.coefficients[ch] == 0) // 0 of an infinite albedo is nothing
+                    continue;
+                sums[ch][k].value += component.coefficients[ch] * values[k].all;
+                sums[ch][k].error += component.coefficients[ch] * values[k].error;
+                sums[ch][k].reached &= values[k].reached;
+            }
+    }
+    return sums;
+}
+
+} // namespace
+
+void AlbedoGrid::place(Albedo& albedo) const {
+    albedo.columns = thetas;
+    for (std::size_t j = 0; j < phis; ++j)
+        for (std::size_t i = 0; i < thetas; ++i) {
+            albedo.theta.push_back(pi / 2 * static_cast<double>(i) /
+                                   static_cast<double>(thetas - 1));
+            albedo.phi.push_back(2 * pi * static_cast<double>(j) / static_cast<double>(phis));
+        }
+}
+
+CosineRule::CosineRule(std::size_t count, double split) {
+    const double end = split > 0 ? split : 1;
+    const std::size_t below = split > 0 ? count / 2 : count;
+    const Quadrature lower = gauss_legendre(below);
+    for (std::size_t i = lower.size(); i-- > 0;) { // from the normal down
+        const double x = lower.x[i], w = lower.w[i];
+        // mu = end x^4: 2 mu dmu = 8 end^2 x^7 dx
+        mu.push_back(end * x * x * x * x);
+        weight.push_back(8 * end * end * std::pow(x, 7) * w);
+    }
+    if (split > 0) {
+        const Quadrature upper = gauss_legendre(count - below);
+        for (std::size_t i = upper.size(); i-- > 0;) {
+            const double x = upper.x[i];
+            mu.push_back(split + (1 - split) * x * x);
+            weight.push_back(4 * mu.back() * (1 - split) * x * upper.w[i]);
+        }
+    }
+}
+
+void require_tolerance(double tolerance) {
+    if (!(tolerance >= least_tolerance && tolerance < 1))
+        throw UsageError(fmt::format("tolerance {}: expected a number from {} (what single "
+                                     "precision reaches) to below 1",
+                                     tolerance, least_tolerance));
+}
+
+Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& grid,
+              double tolerance) {
+    require_tolerance(tolerance);
+    Albedo result;
+    result.channels = material.channels;
+    grid.place(result);
+    const std::size_t channels = material.channels.size();
+    std::vector<Component> components = components_of(device, material, tolerance);
+    std::vector<Vector> wo;
+    for (std::size_t k = 0; k < result.count(); ++k) {
+        wo.push_back(direction(result.theta[k], result.phi[k]));
+        if (k % grid.thetas == grid.thetas - 1)
+            wo.back()[2] = 0; // the limit, not what rounding leaves
+    }
+    const auto found = directional(components, wo, std::vector<double>(wo.size(), 1), channels);
+    std::size_t missed = 0;
+    double largest = 0;
+    for (std::size_t ch = 0; ch < channels; ++ch) {
+        result.values.emplace_back();
+        result.errors.emplace_back();
+        for (const Estimate& estimate : found[ch]) {
+            result.values.back().push_back(estimate.value);
+            result.errors.back().push_back(std::isfinite(estimate.value) ? estimate.error : 0);
+            missed += !estimate.reached;
+            if (!estimate.reached)
+                largest = std::max(largest, estimate.error);
+        }
+    }
+    if (missed > 0)
+        result.notes.push_back(fmt::format("{} of {} values did not reach the tolerance; the "
+                                           "largest error is {:.2g}",
+                                           missed, channels * wo.size(), largest));
+
+    const std::size_t azimuths = material.isotropic() ? 1 : average_azimuths;
+    const auto average_of = [&](std::size_t nodes) {
+        const CosineRule rule(nodes);
+        std::vector<Vector> at;
+        std::vector<double> slack;
+        for (std::size_t a = 0; a < azimuths; ++a)
+            for (std::size_t i = 0; i < nodes; ++i) {
+                const double mu = std::max(rule.mu[i], least_cosine);
+                slack.push_back(std::max(1.0, 1 / (rule.weight[i] * static_cast<double>(nodes))));
+                const double r = std::sqrt((1 - mu) * (1 + mu));
+                const double phi =
+                    2 * pi * (static_cast<double>(a) + 0.5) / static_cast<double>(azimuths);
+                at.push_back({r * std::cos(phi), r * std::sin(phi), mu});
+            }
+        const auto estimates = directional(components, at, slack, channels);
+        std::vector<Estimate> sums(channels);
+        for (std::size_t ch = 0; ch < channels; ++ch)
+            for (std::size_t k = 0; k < at.size(); ++k) {
+                const double weight = rule.weight[k % nodes] / static_cast<double>(azimuths);
+                sums[ch].value += weight * estimates[ch][k].value;
+                sums[ch].error += weight * estimates[ch][k].error;
+            }
+        return sums;
+    };
+    std::vector<Estimate> coarse = average_of(fewest_nodes), fine;
+    for (std::size_t nodes = 2 * fewest_nodes; nodes <= most_nodes; nodes *= 2) {
+        fine = average_of(nodes);
+        double change = 0;
+        for (std::size_t ch = 0; ch < channels; ++ch) {
+            const double step = std::abs(fine[ch].value - coarse[ch].value);
+            fine[ch].error += std::isfinite(fine[ch].value) ? step : 0;
+            change = std::max(change, std::isfinite(step) ? step : 0);
+        }
+        if (change <= tolerance)
+            break;
+        coarse = fine;
+    }
+    for (const Estimate& estimate : fine) {
+        result.average.push_back(estimate.value);
+        result.average_error.push_back(std::isfinite(estimate.value) ? estimate.error : 0);
+    }
+    result.notes.push_back(fmt::format(
+        "tolerance {}; errors estimated, six standard errors of 16 independent estimates",
+        tolerance));
+    return result;
+}
+
+} // namespace brdfit

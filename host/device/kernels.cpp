@@ -1,0 +1,60 @@
+#include "host/device/kernels.hpp"
+
+#include "host/embedded.hpp"
+#include "host/error.hpp"
+#include "host/files/file.hpp"
+
+#include <cstdlib>
+#include <fmt/format.h>
+
+namespace brdfit {
+
+std::string kernel_source(const std::string& path) {
+    if (const char* folder = std::getenv("BRDFIT_KERNELS"))
+        return std::string(MappedFile(fmt::format("{}/{}", folder, path)).bytes());
+    for (const EmbeddedFile* file = embedded_kernels; file->name != nullptr; ++file)
+        if (path == file->name)
+            return file->text;
+    throw InputError(fmt::format("kernels/{}: not among the kernels built in", path));
+}
+
+std::string kernel_text(const std::string& path) {
+    return fmt::format("#line 1 \"kernels/{}\"\n{}\n", path, kernel_source(path));
+}
+
+cl::Program build_kernels(const Device& device, const std::string& text, const std::string& what) {
+    const Form& form = device.form;
+    cl::Program program(device.context,
+                        fmt::format("#define V {}\n#define LS {}\n#define BLOCK {}\n"
+                                    "#define CANDIDATES {}\n#define RUN {}\n",
+                                    form.vector_width, form.local_size,
+                                    form.block / form.vector_width, form.candidates, form.run()) +
+                            text);
+    try {
+        program.build(device.handle, "-cl-std=CL1.2 -cl-mad-enable");
+    } catch (const cl::Error&) {
+        throw InputError(fmt::format("the kernels for {} do not build on {}:\n{}", what,
+                                     device.name,
+                                     program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device.handle)));
+    }
+    return program;
+}
+
+cl::Program build_gram_program(const Device& device) {
+    return build_kernels(device, kernel_text("base/common.cl") + kernel_text("passes/gram.cl"),
+                         "the search");
+}
+
+cl::Program build_peaks_program(const Device& device) {
+    return build_kernels(device, kernel_text("base/common.cl") + kernel_text("passes/peaks.cl"),
+                         "the peaks");
+}
+
+std::string kernel_hash() {
+    std::string text;
+    for (const EmbeddedFile* file = embedded_kernels; file->name != nullptr; ++file)
+        text += std::string(file->name) + '\n' + kernel_source(file->name) + '\n';
+    return sha256(text);
+}
+
+} // namespace brdfit

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace brdfit {
+
+inline constexpr double pi = 3.14159265358979323846, degree = pi / 180; ///< radians
+
+/// A direction in the local frame: x = tangent, y = bitangent, z = normal.
+using Vector = std::array<double, 3>;
+
+/// Unit direction at polar angle theta from the normal and azimuth phi from x, in radians.
+Vector direction(double theta, double phi);
+
+/// Pairs of unit directions, wi to the light and wo to the viewer, with their unit half vector h
+/// and c = wi.h = wo.h. Stored as float32 planes; h and c come from float64 directions, so that
+/// sharp lobes do not suffer from cancellation in wi + wo.
+class Directions {
+  public:
+    enum Plane { WiX, WiY, WiZ, WoX, WoY, WoZ, HX, HY, HZ, C, plane_count };
+
+    explicit Directions(std::size_t count = 0) : count_(count), data_(count * plane_count) {}
+
+    std::size_t count() const { return count_; }
+    const float* plane(Plane p) const { return data_.data() + count_ * p; }
+    float* plane(Plane p) { return data_.data() + count_ * p; }
+    const std::vector<float>& data() const { return data_; }
+    /// Sets pair k; wi and wo must be unit vectors. Opposite ones get h = n, c = 0.
+    void set(std::size_t k, const Vector& wi, const Vector& wo);
+    /// Sets pair k where the half vector is known better than wi + wo tells it.
+    void set(std::size_t k, const Vector& wi, const Vector& wo, const Vector& h, double c);
+    Vector wi(std::size_t k) const { return at(WiX, k); }
+    Vector wo(std::size_t k) const { return at(WoX, k); }
+    /// wi and wo of pair k to the precision of h and c, which near grazing is better than wi(k)'s.
+    std::pair<Vector, Vector> pair(std::size_t k) const;
+    /// Whether both directions of pair k are above the horizon.
+    bool above_horizon(std::size_t k) const { return plane(WiZ)[k] > 0 && plane(WoZ)[k] > 0; }
+
+  private:
+    Vector at(Plane first, std::size_t k) const {
+        return {plane(first)[k], plane(static_cast<Plane>(first + 1))[k],
+                plane(static_cast<Plane>(first + 2))[k]};
+    }
+    std::size_t count_;
+    std::vector<float> data_; // [plane][pair]
+};
+
+} // namespace brdfit

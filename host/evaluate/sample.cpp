@@ -1,0 +1,175 @@
+#include "host/evaluate/sample.hpp"
+
+#include "host/device/buffer.hpp"
+#include "host/error.hpp"
+#include "host/evaluate/evaluate.hpp"
+#include "host/model/program.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <numeric>
+
+namespace brdfit {
+
+namespace {
+
+constexpr std::size_t most_samples_a_pass = std::size_t{1} << 18;
+constexpr std::size_t wi_and_pdf = 4; ///< planes ahead of the weights
+// As in kernels/passes/sample.cl.
+constexpr std::size_t heights = 32, azimuths = 9;
+/// No part of a lobe may be out of the sampler's reach because the table misses it.
+constexpr float least_share_of_peak = 1e-3F;
+
+std::uint64_t mixed(std::uint64_t x) { // Steele et al. 2014, splitmix64
+    x += 0x9e3779b97f4a7c15U;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9U;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebU;
+    return x ^ (x >> 31);
+}
+
+void check(const Vector& wo, std::size_t n) {
+    const double length = std::sqrt(std::inner_product(wo.begin(), wo.end(), wo.begin(), 0.0));
+    if (!(std::abs(length - 1) < 1e-6) || !(static_cast<float>(wo[2]) > 0))
+        throw UsageError(fmt::format("wo = ({}, {}, {}) is no unit vector above the horizon", wo[0],
+                                     wo[1], wo[2]));
+    if (n < 1 || n >= std::size_t{1} << 32)
+        throw UsageError(fmt::format("{} samples; expected 1 to 2^32 - 1", n));
+}
+
+} // namespace
+
+std::array<std::uint32_t, 4> keys_of(std::uint64_t seed, Sequence sequence) {
+    std::array<std::uint32_t, 4> keys{};
+    if (sequence == Sequence::Philox) {
+        keys[0] = static_cast<std::uint32_t>(seed);
+        keys[1] = static_cast<std::uint32_t>(seed >> 32);
+        return keys;
+    }
+    for (std::uint64_t dimension = 0; dimension < 3; ++dimension)
+        keys[dimension] = static_cast<std::uint32_t>(mixed(mixed(seed) + dimension));
+    return keys;
+}
+
+Sampler::Sampler(const Device& device, const Material& material)
+    : device_(device), channels_(material.channels.size()) {
+    Structure structure;
+    structure.diffuse = material.diffuse;
+    structure.isotropic = false;
+    const std::size_t basis = 1 + material.lobes.size();
+    std::vector<double> coefficients(channels_ * basis), strengths(basis);
+    for (const Lobe& lobe : material.lobes)
+        structure.lobes.push_back(lobe.model);
+    for (std::size_t j = 0; j < basis; ++j)
+        for (std::size_t ch = 0; ch < channels_; ++ch) {
+            const double value = j == 0 ? material.kd[ch] : material.lobes[j - 1].ks[ch];
+            coefficients[ch * basis + j] = value;
+            strengths[j] += value / static_cast<double>(channels_);
+        }
+    // Only ratios matter, and huge coefficients must not overflow.
+    const double largest = *std::max_element(strengths.begin(), strengths.end());
+    for (double& strength : strengths)
+        strength /= largest > 0 ? largest : 1;
+
+    program_ = build_sample_program(device_, structure);
+    theta_ = upload(device_, device_parameters(material, false));
+    coefficients_ = upload(device_, to_float(coefficients));
+    strengths_ = upload(device_, to_float(strengths));
+    const std::size_t entries = basis * heights * azimuths;
+    table_ = make_buffer(device_, entries * sizeof(float), CL_MEM_READ_WRITE);
+    cl::Kernel kernel(program_, "tabulate");
+    kernel.setArg(0, theta_);
+    kernel.setArg(1, table_);
+    const auto local = static_cast<std::size_t>(device_.form.local_size);
+    device_.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(padded(entries, local)),
+                                       cl::NDRange(local));
+    std::vector<float> table = download<float>(device_, table_, entries);
+    for (std::size_t j = 0; j < basis; ++j) {
+        const auto begin = table.begin() + static_cast<std::ptrdiff_t>(j * heights * azimuths);
+        const auto end = begin + heights * azimuths;
+        const float least = std::max(least_share_of_peak * *std::max_element(begin, end), 1e-30F);
+        std::transform(begin, end, begin, [least](float x) { return std::max(x, least); });
+    }
+    table_ = upload(device_, table);
+
+    const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    const std::size_t planes = wi_and_pdf + channels_;
+    pass_ = std::min(most_samples_a_pass,
+                     device_.max_allocation / (sizeof(float) * planes) / width * width);
+    out_ = make_buffer(device_, pass_ * planes * sizeof(float), CL_MEM_WRITE_ONLY);
+}
+
+void Sampler::draw(const Vector& wo, std::size_t first, std::size_t n, std::uint64_t seed,
+                   Sequence sequence) const {
+    const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    const std::size_t count = padded(n, width) / width;
+    cl_float4 direction{};
+    for (std::size_t k = 0; k < 3; ++k)
+        direction.s[k] = static_cast<float>(wo[k]);
+    cl::Kernel kernel(program_, "sample");
+    kernel.setArg(0, direction);
+    const std::array<std::uint32_t, 4> keys = keys_of(seed, sequence);
+    kernel.setArg(1, cl_uint4{{keys[0], keys[1], keys[2], keys[3]}});
+    kernel.setArg(2, static_cast<cl_int>(sequence == Sequence::Sobol));
+    kernel.setArg(3, static_cast<cl_uint>(first));
+    kernel.setArg(4, static_cast<cl_uint>(count));
+    kernel.setArg(5, theta_);
+    kernel.setArg(6, table_);
+    kernel.setArg(7, strengths_);
+    kernel.setArg(8, coefficients_);
+    kernel.setArg(9, static_cast<cl_int>(channels_));
+    kernel.setArg(10, out_);
+    enqueue_runs(device_, kernel, count);
+}
+
+void Sampler::draw(const Vector& wo, std::size_t n, std::uint64_t seed, Sequence sequence) const {
+    check(wo, n);
+    draw(wo, 0, std::min(n, pass_), seed, sequence);
+    device_.queue.finish();
+}
+
+DirectionSamples Sampler::sample(const Vector& wo, std::size_t n, std::uint64_t seed,
+                                 Sequence sequence) const {
+    check(wo, n);
+    DirectionSamples samples;
+    for (std::vector<float>* column : {&samples.wi_x, &samples.wi_y, &samples.wi_z, &samples.pdf})
+        column->resize(n);
+    samples.weights.resize(channels_ * n);
+    const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    for (std::size_t first = 0; first < n; first += pass_) {
+        const std::size_t count = std::min(pass_, n - first), stride = padded(count, width);
+        draw(wo, first, count, seed, sequence);
+        const std::vector<float> planes =
+            download<float>(device_, out_, stride * (wi_and_pdf + channels_));
+        const auto fetch = [&](std::size_t plane, float* to) {
+            std::copy_n(planes.data() + plane * stride, count, to + first);
+        };
+        fetch(0, samples.wi_x.data());
+        fetch(1, samples.wi_y.data());
+        fetch(2, samples.wi_z.data());
+        fetch(3, samples.pdf.data());
+        for (std::size_t ch = 0; ch < channels_; ++ch)
+            fetch(wi_and_pdf + ch, samples.weights.data() + ch * n);
+    }
+    return samples;
+}
+
+std::vector<float> Sampler::density(const Directions& directions) const {
+    cl::Kernel kernel(program_, "density");
+    kernel.setArg(2, theta_);
+    kernel.setArg(3, table_);
+    kernel.setArg(4, strengths_);
+    return run_over_directions(device_, kernel, 5, 1, directions);
+}
+
+DirectionSamples sample_material(const Device& device, const Material& material, const Vector& wo,
+                                 std::size_t n, std::uint64_t seed, Sequence sequence) {
+    return Sampler(device, material).sample(wo, n, seed, sequence);
+}
+
+std::vector<float> density(const Device& device, const Material& material,
+                           const Directions& directions) {
+    return Sampler(device, material).density(directions);
+}
+
+} // namespace brdfit

@@ -1,0 +1,107 @@
+#include "host/files/directions.hpp"
+
+#include "host/error.hpp"
+#include "host/files/npy.hpp"
+#include "host/files/text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace brdfit {
+
+namespace {
+
+constexpr const char* direction_columns[] = {"wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z"};
+
+/// Normalises three coordinates. Returns whether they were a unit vector within 1e-3.
+bool normalise(const double* v, Vector& unit) {
+    const double length = std::hypot(v[0], v[1], v[2]);
+    unit = {v[0] / length, v[1] / length, v[2] / length};
+    return std::abs(length - 1) <= 1e-3; // false for NaN
+}
+
+struct Pair {
+    Vector wi, wo;
+};
+
+/// The pair of unit vectors in a row wi_x,wi_y,wi_z,wo_x,wo_y,wo_z; calls fail(message) if there is
+/// none.
+template <typename Fail>
+Pair to_pair(const std::array<double, 6>& row, const Fail& fail) {
+    Pair pair;
+    if (!normalise(row.data(), pair.wi))
+        fail("wi is not a unit vector");
+    if (!normalise(row.data() + 3, pair.wo))
+        fail("wo is not a unit vector");
+    return pair;
+}
+
+Directions read_npy_directions(const MappedFile& file) {
+    const npy::Table table = npy::read(file);
+    if (table.columns != 6 || table.rows == 0)
+        throw InputError(fmt::format("{}: {} rows of {} columns; expected at least one row of 6",
+                                     file.path(), table.rows, table.columns));
+    Directions directions(table.rows);
+    for (std::size_t k = 0; k < table.rows; ++k) {
+        std::array<double, 6> row;
+        for (std::size_t i = 0; i < row.size(); ++i)
+            row[i] = table.at(k, i);
+        const Pair pair = to_pair(row, [&](const char* message) {
+            throw InputError(fmt::format("{}: row {}: {}", file.path(), k, message));
+        });
+        directions.set(k, pair.wi, pair.wo);
+    }
+    return directions;
+}
+
+/// `lines` stands at the header.
+Directions read_csv_directions(text::Lines& lines) {
+    std::vector<std::string_view> fields;
+    text::split(lines.line(), ',', fields);
+    std::array<std::size_t, 6> column;
+    for (std::size_t i = 0; i < column.size(); ++i) {
+        const auto found = std::find(fields.begin(), fields.end(), direction_columns[i]);
+        if (found == fields.end())
+            lines.fail(fmt::format("column '{}' is missing", direction_columns[i]));
+        column[i] = static_cast<std::size_t>(found - fields.begin());
+    }
+    if (fields.size() != column.size())
+        lines.fail(
+            fmt::format("{} columns; expected wi_x,wi_y,wi_z,wo_x,wo_y,wo_z only", fields.size()));
+    std::vector<Pair> pairs;
+    while (lines.next()) {
+        text::split(lines.line(), ',', fields);
+        if (fields.size() != column.size())
+            lines.fail(fmt::format("{} fields; expected {}", fields.size(), column.size()));
+        std::array<double, 6> row;
+        for (std::size_t i = 0; i < row.size(); ++i)
+            row[i] = text::number(lines, direction_columns[i], fields[column[i]]);
+        pairs.push_back(to_pair(row, [&](const char* message) { lines.fail(message); }));
+    }
+    if (pairs.empty())
+        lines.fail_file("no directions; expected rows of numbers after the header");
+    Directions directions(pairs.size());
+    for (std::size_t k = 0; k < pairs.size(); ++k)
+        directions.set(k, pairs[k].wi, pairs[k].wo);
+    return directions;
+}
+
+} // namespace
+
+Directions read_directions(const std::string& path) {
+    const MappedFile file(path);
+    if (npy::recognise(file.bytes()))
+        return read_npy_directions(file);
+    text::Lines lines(file);
+    if (lines.next())
+        for (const char* name : direction_columns)
+            if (lines.line().find(name) != std::string_view::npos)
+                return read_csv_directions(lines);
+    throw InputError(fmt::format("{}: unknown format; expected CSV with the header "
+                                 "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z or .npy of shape (N, 6)",
+                                 path));
+}
+
+} // namespace brdfit

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "host/directions.hpp"
+
+#include <string>
+
+namespace brdfit {
+
+/// Reads pairs of directions: `.csv` with the header wi_x,wi_y,wi_z,wo_x,wo_y,wo_z or `.npy` of
+/// float32 or float64, shape (N, 6); recognised by content. Vectors are normalised when within
+/// 1e-3 of unit length, otherwise InputError. Directions below the horizon are kept.
+Directions read_directions(const std::string& path);
+
+} // namespace brdfit

@@ -1,0 +1,166 @@
+#include "host/files/file.hpp"
+
+#include "host/error.hpp"
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <fmt/format.h>
+#include <openssl/evp.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace brdfit {
+
+namespace {
+
+// Paths of temporary files now open, where a signal handler can reach them without allocating.
+constexpr int slots = 64;
+constexpr std::size_t path_capacity = 4096;
+char open_paths[slots][path_capacity];
+std::atomic<int> slot_state[slots]; // 0 free, 1 being filled, 2 in use
+
+int occupy_slot(const std::string& path) {
+    if (path.size() >= path_capacity)
+        return -1;
+    for (int i = 0; i < slots; ++i) {
+        int free = 0;
+        if (slot_state[i].compare_exchange_strong(free, 1)) {
+            std::memcpy(open_paths[i], path.c_str(), path.size() + 1);
+            slot_state[i].store(2);
+            return i;
+        }
+    }
+    return -1;
+}
+
+void release_slot(int slot) {
+    if (slot >= 0)
+        slot_state[slot].store(0);
+}
+
+extern "C" void unlink_and_die(int signal) {
+    for (int i = 0; i < slots; ++i)
+        if (slot_state[i].load() == 2)
+            unlink(open_paths[i]);
+    std::signal(signal, SIG_DFL);
+    raise(signal);
+}
+
+} // namespace
+
+void remove_temporaries_on_signals() {
+    for (int signal : {SIGINT, SIGTERM, SIGHUP})
+        std::signal(signal, unlink_and_die);
+}
+
+MappedFile::MappedFile(const std::string& path) : path_(path) {
+    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (file < 0)
+        throw InputError(fmt::format("{}: cannot open: {}", path, std::strerror(errno)));
+    struct stat status {};
+    if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {
+        const bool folder = S_ISDIR(status.st_mode);
+        close(file);
+        throw InputError(fmt::format("{}: is {}; expected a regular file", path,
+                                     folder ? "a directory" : "not a regular file"));
+    }
+    size_ = static_cast<std::size_t>(status.st_size);
+    if (size_ == 0) {
+        close(file);
+        throw InputError(fmt::format("{}: the file is empty; expected data", path));
+    }
+    void* data = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file, 0);
+    const int error = errno;
+    close(file);
+    if (data == MAP_FAILED)
+        throw InputError(fmt::format("{}: cannot read: {}", path, std::strerror(error)));
+    data_ = static_cast<const char*>(data);
+}
+
+MappedFile::~MappedFile() {
+    if (data_ != nullptr)
+        munmap(const_cast<char*>(data_), size_);
+}
+
+OutputFile::OutputFile(const std::string& path) : path_(path) {
+    struct stat status {};
+    const bool exists = stat(path.c_str(), &status) == 0;
+    if (exists && S_ISDIR(status.st_mode))
+        throw InputError(fmt::format("{}: is a directory; expected a file to write", path));
+    if (exists && !S_ISREG(status.st_mode)) {
+        file_ = std::fopen(path.c_str(), "wb");
+    } else {
+        temporary_ = fmt::format("{}.part{}", path, getpid());
+        slot_ = occupy_slot(temporary_);
+        file_ = std::fopen(temporary_.c_str(), "wb");
+    }
+    if (file_ == nullptr) {
+        const int error = errno;
+        release_slot(slot_);
+        throw InputError(fmt::format("{}: cannot write: {}", path, std::strerror(error)));
+    }
+}
+
+OutputFile::~OutputFile() {
+    if (file_ != nullptr)
+        std::fclose(file_);
+    if (!temporary_.empty())
+        unlink(temporary_.c_str());
+    release_slot(slot_);
+}
+
+void OutputFile::fail(const char* action, int error) {
+    throw InputError(fmt::format("{}: cannot {}: {}", path_, action, std::strerror(error)));
+}
+
+void OutputFile::write(const void* data, std::size_t bytes) {
+    if (bytes != 0 && std::fwrite(data, 1, bytes, file_) != bytes)
+        fail("write", errno);
+}
+
+void OutputFile::commit() {
+    std::FILE* const file = file_;
+    file_ = nullptr;
+    const bool flushed = std::fflush(file) == 0;
+    const int flush_error = errno;
+    const bool closed = std::fclose(file) == 0;
+    if (!flushed || !closed)
+        fail("write", flushed ? errno : flush_error);
+    if (temporary_.empty())
+        return;
+    if (std::rename(temporary_.c_str(), path_.c_str()) != 0)
+        fail("rename the finished file", errno);
+    temporary_.clear();
+    release_slot(slot_);
+    slot_ = -1;
+}
+
+void make_output_folder(const std::string& path) {
+    std::error_code error;
+    std::filesystem::create_directories(path, error);
+    if (error)
+        throw InputError(fmt::format("{}: cannot make the folder: {}", path, error.message()));
+    if (!std::filesystem::is_directory(path))
+        throw InputError(fmt::format("{}: is a file; expected a folder to write to", path));
+    if (access(path.c_str(), W_OK | X_OK) != 0)
+        throw InputError(
+            fmt::format("{}: cannot write in this folder: {}", path, std::strerror(errno)));
+}
+
+std::string sha256(std::string_view bytes) {
+    unsigned char digest[EVP_MAX_MD_SIZE];
+    unsigned length = 0;
+    if (EVP_Digest(bytes.data(), bytes.size(), digest, &length, EVP_sha256(), nullptr) != 1)
+        throw InputError("SHA-256 failed");
+    std::string text;
+    for (unsigned i = 0; i < length; ++i)
+        text += fmt::format("{:02x}", digest[i]);
+    return text;
+}
+
+} // namespace brdfit

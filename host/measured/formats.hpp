@@ -1,0 +1,53 @@
+#pragma once
+
+#include "host/files/text.hpp"
+#include "host/measured/samples.hpp"
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+// Measurements at any directions, given by polar angles in radians: one row a sample.
+// Negative values are noise and valid; theta lies in [0, pi/2]. The data is isotropic when every
+// phi_i is the same, unless the option says otherwise.
+
+namespace brdfit::scattered {
+
+/// Angles may exceed pi/2 by this much: the last digit of a rounded number. They are taken as pi/2.
+inline constexpr double theta_tolerance = 1e-5;
+
+/// Names of the four angle columns: of wi, then of wo.
+struct Angles {
+    std::string theta_i, phi_i, theta_o, phi_o;
+};
+
+/// Reads all rows from the next line on. `names` are the columns, in order: the four angles and one
+/// for each channel, `weight` if there is one. Fields are separated as text::split takes it.
+/// `lines` stands at the header, which is named when a column is missing.
+Samples read_rows(text::Lines& lines, const std::vector<std::string_view>& names,
+                  const Angles& angles, char separator, std::optional<bool> isotropic);
+
+/// Whether the text begins with a line that names one of theta_i, phi_i, theta_o, phi_o.
+bool recognise(std::string_view bytes);
+/// CSV: a line of column names, then rows.
+Samples read(const MappedFile& file, std::optional<bool> isotropic);
+
+} // namespace brdfit::scattered
+
+namespace brdfit::astm {
+
+/// ASTM E1392 text: lines of keyword and value up to VARS, which names the columns; then rows.
+bool recognise(std::string_view bytes);
+Samples read(const MappedFile& file, std::optional<bool> isotropic);
+
+} // namespace brdfit::astm
+
+namespace brdfit::cornell {
+
+/// Cornell's spectral text: the number of wavelengths, the wavelengths, then rows of theta_i,
+/// phi_i, theta_s, phi_s and one value a wavelength. Channels are named by wavelength.
+bool recognise(std::string_view bytes);
+Samples read(const MappedFile& file, std::optional<bool> isotropic);
+
+} // namespace brdfit::cornell

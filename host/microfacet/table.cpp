@@ -1,0 +1,311 @@
+#include "host/microfacet/table.hpp"
+
+#include "host/error.hpp"
+#include "host/microfacet/nodes.hpp"
+#include "host/parallel.hpp"
+#include "host/quadrature.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace brdfit {
+
+namespace {
+
+/// Offsets are words of float32, which holds integers up to here exactly.
+constexpr std::size_t most_words = std::size_t{1} << 24;
+// As in kernels/terms/distribution.cl.
+constexpr std::size_t head_words = 24, part_words = 32;
+constexpr double least_area = 1e-9;
+
+/// Psi at both ends of the columns.
+double psi_span(Sector sector) {
+    return sector == Sector::All ? 2 * pi : 2 * pi / static_cast<double>(sector);
+}
+
+std::array<double, 4> cubic_weights(double x) {
+    const double a = x - 1, b = x - 2, c = x - 3;
+    return {-a * b * c / 6, x * b * c / 2, -x * a * c / 2, x * a * b / 6};
+}
+
+/// The column that stands for one beyond the sector.
+std::size_t folded(const Grid& grid, std::ptrdiff_t column) {
+    const auto n = static_cast<std::ptrdiff_t>(grid.columns);
+    if (grid.sector == Sector::All)
+        return static_cast<std::size_t>((column % n + n) % n);
+    const std::ptrdiff_t period = 2 * (n - 1);
+    const std::ptrdiff_t k = (column % period + period) % period;
+    return static_cast<std::size_t>(k < n ? k : period - k);
+}
+
+/// A plane with the columns beyond its sector that interpolation needs.
+void append_plane(std::vector<float>& words, const Grid& grid, const std::vector<float>& plane) {
+    for (std::size_t r = 0; r < grid.rows; ++r) {
+        const float* const row = plane.data() + r * grid.columns;
+        if (grid.columns == 1) {
+            words.push_back(row[0]);
+            continue;
+        }
+        for (std::size_t k = 0; k < grid.columns + 3; ++k)
+            words.push_back(row[folded(grid, static_cast<std::ptrdiff_t>(k) - 1)]);
+    }
+}
+
+void append_cumulative(std::vector<float>& words, const std::vector<double>& masses) {
+    double whole = 0, sum = 0;
+    for (const double mass : masses)
+        whole += mass;
+    words.push_back(0);
+    for (const double mass : masses) {
+        sum += mass;
+        words.push_back(static_cast<float>(whole > 0 ? sum / whole : 0));
+    }
+    words.back() = 1;
+}
+
+/// What of g is interpolated (kernels/terms/grid.cl): g(-k), or log(g) where the normals lean to
+/// one side.
+std::pair<std::vector<float>, bool> interpolated_area(const MicrofacetTable& table) {
+    const Grid& grid = table.grid;
+    const Vector& mean = table.mean;
+    const bool leans = std::hypot(mean[0], mean[1]) > 1e-3 * mean[2];
+    std::vector<float> plane(grid.count());
+    for (std::size_t r = 0; r < grid.rows; ++r)
+        for (std::size_t k = 0; k < grid.columns; ++k) {
+            const Vector d = grid.direction(static_cast<double>(r), static_cast<double>(k));
+            const double facing = d[0] * mean[0] + d[1] * mean[1] + d[2] * mean[2];
+            const double g = table.g[r * grid.columns + k];
+            plane[r * grid.columns + k] = static_cast<float>(
+                leans ? std::log(std::max(g, least_area * table.mean_height)) : g - facing);
+        }
+    return {plane, leans};
+}
+
+} // namespace
+
+double Grid::elevation(double row) const {
+    const double last = static_cast<double>(rows - 1);
+    return row >= last ? pi / 2 : scale * std::sinh(row / last * std::asinh(pi / 2 / scale));
+}
+
+double Grid::azimuth(double column) const {
+    if (columns == 1)
+        return 0;
+    const double steps = static_cast<double>(sector == Sector::All ? columns : columns - 1);
+    const double psi = psi_span(sector) * column / steps;
+    const double phi = std::atan2(stretch * std::sin(psi), std::cos(psi));
+    return phi + (psi - phi > pi ? 2 * pi : 0);
+}
+
+Vector Grid::direction(double row, double column) const {
+    const double e = elevation(row), phi = azimuth(column);
+    if (row >= static_cast<double>(rows - 1))
+        return {0, 0, 1};
+    return {std::cos(e) * std::cos(phi), std::cos(e) * std::sin(phi), std::sin(e)};
+}
+
+double Grid::row(double elevation) const {
+    const double last = static_cast<double>(rows - 1);
+    return std::min(last, last * std::asinh(elevation / scale) / std::asinh(pi / 2 / scale));
+}
+
+double Grid::column(double azimuth) const {
+    if (columns == 1)
+        return 0;
+    const double x = stretch * std::cos(azimuth), y = std::sin(azimuth);
+    const double psi = std::atan2(sector == Sector::All ? y : std::abs(y),
+                                  sector == Sector::Quarter ? std::abs(x) : x);
+    const auto count = static_cast<double>(columns);
+    if (sector == Sector::All) {
+        const double turn = psi / (2 * pi);
+        return std::min((turn < 0 ? turn + 1 : turn) * count, count * (1 - 1e-12));
+    }
+    return psi / psi_span(sector) * (count - 1);
+}
+
+double interpolate(const Grid& grid, const std::vector<float>& plane, double row, double column) {
+    const auto last = static_cast<std::ptrdiff_t>(grid.rows) - 4;
+    const std::ptrdiff_t i =
+        std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(row) - 1, 0, last);
+    const std::array<double, 4> w = cubic_weights(row - static_cast<double>(i));
+    const auto k = static_cast<std::ptrdiff_t>(column);
+    const std::array<double, 4> v = cubic_weights(column - static_cast<double>(k) + 1);
+    double sum = 0;
+    for (std::size_t a = 0; a < 4; ++a) {
+        const float* const at = plane.data() + (static_cast<std::size_t>(i) + a) * grid.columns;
+        double along = at[0];
+        if (grid.columns > 1) {
+            along = 0;
+            for (std::size_t b = 0; b < 4; ++b)
+                along += v[b] * at[folded(grid, k - 1 + static_cast<std::ptrdiff_t>(b))];
+        }
+        sum += w[a] * along;
+    }
+    return sum;
+}
+
+MicrofacetTable refined(const MicrofacetTable& table, std::size_t factor) {
+    const Grid& grid = table.grid;
+    MicrofacetTable fine = table;
+    fine.grid.rows = (grid.rows - 1) * factor + 1;
+    if (grid.columns > 1)
+        fine.grid.columns =
+            grid.sector == Sector::All ? grid.columns * factor : (grid.columns - 1) * factor + 1;
+    const auto [plane, leans] = interpolated_area(table);
+    const auto step = 1 / static_cast<double>(factor);
+    fine.g.resize(fine.grid.count());
+    parallel_pieces(fine.grid.rows, 16, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t r = begin; r < end; ++r)
+            for (std::size_t k = 0; k < fine.grid.columns; ++k) {
+                const auto row = static_cast<double>(r), column = static_cast<double>(k);
+                const Vector d = fine.grid.direction(row, column);
+                const double value = interpolate(grid, plane, row * step, column * step);
+                fine.g[r * fine.grid.columns + k] =
+                    static_cast<float>(leans ? std::exp(value)
+                                             : value + d[0] * table.mean[0] + d[1] * table.mean[1] +
+                                                   d[2] * table.mean[2]);
+            }
+    });
+    return fine;
+}
+
+double diffuse_constant(const MicrofacetTable& table, double f0, bool correlated, bool metal) {
+    const Grid& grid = table.grid;
+    const Quadrature within = gauss_legendre(6);
+    const std::size_t sectors =
+        grid.sector == Sector::All || grid.columns == 1 ? 1 : static_cast<std::size_t>(grid.sector);
+    const std::size_t intervals = grid.columns == 1            ? 1
+                                  : grid.sector == Sector::All ? grid.columns
+                                                               : grid.columns - 1;
+    const double end = std::asinh(pi / 2 / grid.scale);
+    const double row_step = end / static_cast<double>(grid.rows - 1);
+    const double psi_step = psi_span(grid.sector) / static_cast<double>(intervals);
+    double integral = 0;
+    for (std::size_t i = 0; i + 1 < grid.rows; ++i)
+        for (std::size_t a = 0; a < within.size(); ++a) {
+            const double row = static_cast<double>(i) + within.x[a];
+            const double e = grid.elevation(row);
+            // kz cos(e) de
+            const double height = std::sin(e) * std::cos(e) * grid.scale *
+                                  std::cosh(row * row_step) * row_step * within.w[a];
+            for (std::size_t k = 0; k < intervals; ++k)
+                for (std::size_t b = 0; b < (grid.columns == 1 ? 1 : within.size()); ++b) {
+                    const double column =
+                        grid.columns == 1 ? 0 : static_cast<double>(k) + within.x[b];
+                    double width = 2 * pi;
+                    if (grid.columns > 1) {
+                        const double c = std::cos(column * psi_step),
+                                     s = grid.stretch * std::sin(column * psi_step);
+                        width = grid.stretch / (c * c + s * s) * psi_step * within.w[b] *
+                                static_cast<double>(sectors);
+                    }
+                    const auto at = [&](int which) {
+                        return interpolate(grid, table.reflectance(which, correlated), row, column);
+                    };
+                    const double r = (1 - f0) * at(0) + f0 * at(1);
+                    integral += std::max(0.0, (metal ? f0 : 1) - r) * height * width;
+                }
+        }
+    return integral > 1e-7 ? 1 / integral : 0;
+}
+
+std::vector<float> pack(const MicrofacetTable& table, double f0, bool correlated, bool metal) {
+    const Grid& grid = table.grid;
+    const auto number = [](auto x) { return static_cast<float>(x); };
+    std::vector<float> words(head_words + part_words * table.distribution.parts.size());
+    const auto [behind, leans] = interpolated_area(table);
+    const auto place = [&](const std::vector<float>& plane) {
+        const std::size_t offset = words.size();
+        append_plane(words, grid, plane);
+        return number(offset);
+    };
+    const float behind_at = place(behind);
+    const bool reflects = !table.r0.empty(); // not while the generator computes them
+    const float r0_at = reflects ? place(table.reflectance(0, correlated)) : 0;
+    const float r1_at = reflects ? place(table.reflectance(1, correlated)) : 0;
+    const float head[] = {number(correlated ? 1 : 0),
+                          number(table.mean_height),
+                          number(table.mean[0]),
+                          number(table.mean[1]),
+                          number(table.mean[2]),
+                          number(grid.scale),
+                          number(std::asinh(pi / 2 / grid.scale)),
+                          number(grid.stretch),
+                          number(grid.rows),
+                          number(grid.columns),
+                          number(grid.sector),
+                          behind_at,
+                          r0_at,
+                          r1_at,
+                          number(reflects ? diffuse_constant(table, f0, correlated, metal) : 0),
+                          number(metal ? 1 : 0),
+                          number(table.distribution.parts.size()),
+                          number(head_words),
+                          number(words.size()),
+                          number(table.facets.rows),
+                          number(table.facets.columns),
+                          number(leans ? 1 : 0),
+                          number(0.9 * table.steep)};
+    std::copy(std::begin(head), std::end(head), words.begin());
+    words.insert(words.end(), table.facets.values.begin(), table.facets.values.end());
+
+    double whole = 0;
+    for (const SamplingCells& cells : table.cells)
+        for (const float mass : cells.mass)
+            whole += mass;
+    for (std::size_t n = 0; n < table.distribution.parts.size(); ++n) {
+        const DistributionPart& part = table.distribution.parts[n];
+        std::vector<float> own(part_words);
+        own[0] = number(part.shape == Shape::Gaussian ? 0 : part.shape == Shape::Velvet ? 1 : 2);
+        own[1] = number(part.amplitude);
+        own[2] = number(1 / (part.sigma_x * part.sigma_x));
+        own[3] = number(1 / (part.sigma_y * part.sigma_y));
+        const std::array<double, 9> frame = part.frame();
+        std::transform(frame.begin(), frame.end(), own.begin() + 4, number);
+        if (part.table != nullptr) {
+            own[13] = number(words.size());
+            own[14] = number(part.table->width);
+            own[15] = number(part.table->height);
+            own[16] = number(part.table->extent);
+            for (const auto* nodes : {&part.table->thetas, &part.table->phis})
+                words.insert(words.end(), nodes->begin(), nodes->end());
+            words.insert(words.end(), part.table->values.begin(), part.table->values.end());
+        }
+        own[17] = number(least_theta(part));
+        const std::array<double, 2> stretch = azimuth_stretch(part);
+        own[18] = number(stretch[0]);
+        own[19] = number(stretch[1]);
+        own[26] = number(greatest_theta(part));
+        if (n < table.cells.size()) {
+            const SamplingCells& cells = table.cells[n];
+            const std::size_t rows = cells.edges.size() - 1;
+            std::vector<double> columns(cells.columns);
+            for (std::size_t i = 0; i < cells.mass.size(); ++i)
+                columns[i / rows] += cells.mass[i];
+            double sum = 0;
+            for (const double mass : columns)
+                sum += mass;
+            own[20] = number(sum / whole);
+            own[21] = number(rows);
+            own[22] = number(cells.columns);
+            own[23] = number(words.size());
+            words.insert(words.end(), cells.edges.begin(), cells.edges.end());
+            own[24] = number(words.size());
+            append_cumulative(words, columns);
+            own[25] = number(words.size());
+            for (std::size_t k = 0; k < cells.columns; ++k) {
+                const auto first = cells.mass.begin() + static_cast<std::ptrdiff_t>(k * rows);
+                append_cumulative(words, {first, first + static_cast<std::ptrdiff_t>(rows)});
+            }
+        }
+        std::copy(own.begin(), own.end(),
+                  words.begin() + static_cast<std::ptrdiff_t>(head_words + n * part_words));
+    }
+    if (words.size() > most_words)
+        throw InputError(fmt::format("a microfacet table of {} values; expected at most {}",
+                                     words.size(), most_words));
+    return words;
+}
+
+} // namespace brdfit

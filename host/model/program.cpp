@@ -1,0 +1,135 @@
+#include "host/model/program.hpp"
+
+#include "host/device/kernels.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace brdfit {
+
+namespace {
+
+int first_plane(const std::vector<PlacedModel>& placed, const Model* model) {
+    return std::find_if(placed.begin(), placed.end(),
+                        [&](const PlacedModel& p) { return p.model == model; })
+        ->first_plane;
+}
+
+// The argument that hands a model its lobe's table: theta ends with each lobe's offset, tables
+// follow (see device_parameters).
+std::string table_argument(const Structure& structure, const Model& model, std::size_t lobe) {
+    if (!model.table)
+        return "";
+    return fmt::format("theta + (int)theta[{}], ", layout_of(structure).parameters.size() + lobe);
+}
+
+// The part of the program that depends on the structure: macros and the two functions that run its
+// models (see kernels/passes/evaluate.cl and kernels/passes/sums.cl).
+std::string generated_text(const Structure& structure) {
+    const StructureLayout layout = layout_of(structure);
+    const std::vector<PlacedModel> placed = placed_models(structure);
+    std::string bases;
+    for (const DerivativeEntry& entry : layout.entries)
+        bases += fmt::format("{}, ", entry.basis);
+    std::string text = fmt::format(
+        "#line 1 \"generated\"\n"
+        "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
+        "#define PARAMETERS {}\n#define ENTRY_BASIS {{{}0}}\n",
+        layout.basis, layout.entries.size(), layout.planes,
+        // of a set; where there are tables, there is one set
+        structure.has_tables() ? 0 : std::max<std::size_t>(1, layout.parameters.size()), bases);
+    const bool lobes = !structure.lobes.empty();
+    text += fmt::format("#define FRESNEL {}\n#define LAST_LOBE {}\n",
+                        lobes && structure.lobes.back()->fresnel() ? 1 : 0,
+                        lobes ? layout.lobe_begin[structure.lobes.size() - 1] : 0);
+    text += "static inline void material_prepare(geometry q, real* plane)\n{\n";
+    for (const PlacedModel& p : placed)
+        text +=
+            fmt::format("    {}_prepare(q, plane + {});\n", p.model->identifier(), p.first_plane);
+    text += "}\nstatic inline void material_basis(const real* plane, PARAMETER_SPACE const float* "
+            "theta, real* b, real* d)\n{\n";
+    const int diffuse_entry = layout.lobe_begin.back();
+    text += fmt::format("    b[0] = {}(plane + {}, theta, {}d + {});\n",
+                        structure.diffuse->identifier(), first_plane(placed, structure.diffuse),
+                        table_argument(structure, *structure.diffuse, 0), diffuse_entry);
+    for (std::size_t l = 0; l < structure.lobes.size(); ++l)
+        text +=
+            fmt::format("    b[{}] = {}(plane + {}, theta + {}, {}d + {});\n", l + 1,
+                        structure.lobes[l]->identifier(), first_plane(placed, structure.lobes[l]),
+                        layout.lobe_begin[l], table_argument(structure, *structure.lobes[l], l),
+                        layout.lobe_begin[l]);
+    return text + "}\n";
+}
+
+// The functions that draw from a structure's components (see kernels/passes/sample.cl).
+std::string generated_sampling(const Structure& structure) {
+    const StructureLayout layout = layout_of(structure);
+    std::string draw = "    if (j == 0)\n        return cosine_sample(wo, u1, u2);\n";
+    std::string densities = "    p[0] = cosine_density(q);\n";
+    for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
+        const std::string name = structure.lobes[l]->identifier();
+        const int begin = layout.lobe_begin[l];
+        if (l + 1 < structure.lobes.size())
+            draw += fmt::format("    if (j == {})\n    ", l + 1);
+        std::string table = table_argument(structure, *structure.lobes[l], l);
+        draw +=
+            fmt::format("    return {}_sample(wo, theta + {}, {}u1, u2);\n", name, begin, table);
+        if (!table.empty()) // the last argument
+            table = ", " + table.substr(0, table.size() - 2);
+        densities +=
+            fmt::format("    p[{}] = {}_density(q, theta + {}{});\n", l + 1, name, begin, table);
+    }
+    if (structure.lobes.empty())
+        draw = "    return cosine_sample(wo, u1, u2);\n";
+    return "static inline geometry component_sample(int j, vector wo, PARAMETER_SPACE const float* "
+           "theta, "
+           "real u1, real u2)\n{\n" +
+           draw +
+           "}\nstatic inline void component_densities(geometry q, PARAMETER_SPACE const float* "
+           "theta, "
+           "real* p)\n{\n" +
+           densities + "}\n";
+}
+
+// The structure's models and the functions that run them.
+std::string model_text(const Structure& structure) {
+    std::string text = fmt::format("#define ROUGHNESSES {}\n", structure.isotropic ? 1 : 2);
+    if (structure.has_tables())
+        text = "#define TABLES\n" + text;
+    for (const char* shared :
+         {"base/common.cl", "base/geometry.cl", "terms/schlick.cl", "terms/beckmann.cl",
+          "terms/half_vectors.cl", "terms/cosine_power.cl", "terms/trowbridge_reitz.cl"})
+        text += kernel_text(shared);
+    if (structure.has_tables())
+        text += kernel_text("terms/distribution.cl") + kernel_text("terms/grid.cl");
+    for (const PlacedModel& p : placed_models(structure))
+        text += kernel_text(fmt::format("models/{}.cl", p.model->name));
+    return text + generated_text(structure);
+}
+
+} // namespace
+
+cl::Program build_program(const Device& device, const Structure& structure, int channels,
+                          int chunk) {
+    std::string text = fmt::format("#define CHANNELS {}\n#define CHUNK {}\n", channels, chunk) +
+                       model_text(structure) + kernel_text("passes/evaluate.cl");
+    if (!structure.has_tables()) // what has tables is not fitted
+        for (const char* pass :
+             {"passes/prepare.cl", "passes/sums.cl", "passes/loss.cl", "passes/search.cl"})
+            text += kernel_text(pass);
+    return build_kernels(device, text, structure.name());
+}
+
+cl::Program build_sample_program(const Device& device, const Structure& structure) {
+    const std::string text = model_text(structure) + kernel_text("base/random.cl") +
+                             generated_sampling(structure) + kernel_text("passes/sample.cl");
+    return build_kernels(device, text, structure.name());
+}
+
+cl::Program build_albedo_program(const Device& device, const Structure& structure) {
+    const std::string text = model_text(structure) + kernel_text("base/random.cl") +
+                             generated_sampling(structure) + kernel_text("passes/albedo.cl");
+    return build_kernels(device, text, structure.name());
+}
+
+} // namespace brdfit
