@@ -304,65 +304,85 @@ bool FileFitter::has_pull(const Structure& structure, const Solution& start) {
     return true;
 }
 
-const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
-    const auto known = fitted_.find(structure.key());
-    if (known != fitted_.end())
-        return known->second;
-    Fitted fit;
+Space FileFitter::space_of(const Structure& structure) const {
     std::vector<ParameterRange> ranges = options_.ranges;
     const bool f0_is_given = std::any_of(ranges.begin(), ranges.end(),
                                          [](const ParameterRange& r) { return r.name == "f0"; });
     // At f0 = 1 a coupled diffuse shape vanishes, so that no kd is the best and none can be found.
     if (structure.coupled() && !f0_is_given)
         ranges.push_back({"f0", 1, 0, highest_coupled_f0, false});
-    fit.space = Space(structure.lobes, structure.isotropic, ranges);
-    const Space& space = fit.space;
-    auto started = std::chrono::steady_clock::now();
+    return Space(structure.lobes, structure.isotropic, ranges);
+}
+
+void FileFitter::build_programs(const Structure& structure) {
     programs_.get(structure, packed_.channels, packed_.chunk);
     for (const Model* lobe : structure.lobes)
         programs_.get({structure.diffuse, {lobe}, structure.isotropic}, packed_.channels,
                       packed_.chunk);
     if (structure.lobes.size() > 1)
         programs_.gram();
-    fit.build_seconds = seconds_since(started);
-    started = std::chrono::steady_clock::now();
+}
+
+std::vector<FileFitter::Solution> FileFitter::finalists(const Structure& structure,
+                                                        const Space& space) {
     std::vector<Solution> finalists;
     if (options_.start)
         finalists.push_back({start_theta(structure, space), {}, 0});
-    if (!options_.start || !has_pull(structure, finalists.front())) {
-        std::vector<StartingPoint> starts = searched_starts(structure, space);
-        const std::vector<Solution> solutions = polished_thinned(structure, space, starts);
-        const std::size_t count =
-            structure.lobes.size() <= 1 ? single_lobe_finalists : several_lobe_finalists;
-        const std::vector<Solution> best = distinct(space, solutions, count);
-        finalists.insert(finalists.end(), best.begin(), best.end());
-        fit.thinned_evaluations = thinned_objective(structure).evaluations();
-    }
-    fit.search_seconds = seconds_since(started);
-    started = std::chrono::steady_clock::now();
+    if (options_.start && has_pull(structure, finalists.front()))
+        return finalists;
+    const std::vector<StartingPoint> starts = searched_starts(structure, space);
+    const std::vector<Solution> solutions = polished_thinned(structure, space, starts);
+    const std::size_t count =
+        structure.lobes.size() <= 1 ? single_lobe_finalists : several_lobe_finalists;
+    const std::vector<Solution> best = distinct(space, solutions, count);
+    finalists.insert(finalists.end(), best.begin(), best.end());
+    return finalists;
+}
+
+FileFitter::Solution FileFitter::best_polished(const Structure& structure, const Space& space,
+                                               const std::vector<Solution>& finalists) {
     std::unique_ptr<Objective>& objective = full_objectives_[structure.key()];
     objective = std::make_unique<Objective>(
         device_, programs_.get(structure, packed_.channels, packed_.chunk), packed_);
-    fit.solution.squared_error = std::numeric_limits<double>::infinity();
-    for (const Solution& finalist : finalists) {
-        Solution solution = polish(*objective, space, finalist, full_polish());
-        if (better(solution, fit.solution))
-            fit.solution = std::move(solution);
-    }
+    Solution best;
+    best.squared_error = std::numeric_limits<double>::infinity();
+    const auto try_from = [&](const Solution& start) {
+        Solution solution = polish(*objective, space, start, full_polish());
+        if (better(solution, best))
+            best = std::move(solution);
+    };
+    for (const Solution& finalist : finalists)
+        try_from(finalist);
     // Never worse than what it extends.
     if (!options_.start)
-        for (const Smaller& part : smaller_than(structure)) {
-            if (!(fitted(part.structure).solution.squared_error < fit.solution.squared_error))
-                continue;
-            Solution solution =
-                polish(*objective, space, extended(structure, space, part), full_polish());
-            if (better(solution, fit.solution))
-                fit.solution = std::move(solution);
-        }
-    if (!std::isfinite(fit.solution.squared_error))
+        for (const Smaller& part : smaller_than(structure))
+            if (fitted(part.structure).solution.squared_error < best.squared_error)
+                try_from(extended(structure, space, part));
+    if (!std::isfinite(best.squared_error))
         throw InputError(fmt::format("{}: {} has no finite error on these samples", samples_.source,
                                      structure.name()));
-    fit.polish_seconds = seconds_since(started);
+    return best;
+}
+
+const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
+    const auto known = fitted_.find(structure.key());
+    if (known != fitted_.end())
+        return known->second;
+    Fitted fit;
+    fit.space = space_of(structure);
+    auto started = std::chrono::steady_clock::now();
+    const auto lap = [&started] {
+        const double seconds = seconds_since(started);
+        started = std::chrono::steady_clock::now();
+        return seconds;
+    };
+    build_programs(structure);
+    fit.build_seconds = lap();
+    const std::vector<Solution> starts = finalists(structure, fit.space);
+    fit.thinned_evaluations = thinned_objective(structure).evaluations();
+    fit.search_seconds = lap();
+    fit.solution = best_polished(structure, fit.space, starts);
+    fit.polish_seconds = lap();
     return fitted_.emplace(structure.key(), std::move(fit)).first->second;
 }
 

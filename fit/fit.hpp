@@ -17,16 +17,32 @@
 
 namespace brdfit {
 
+/// How to fit; the defaults find the global optimum of every model.
 struct FitOptions {
+    /// What is minimised. Ngan's weighs highlights as they look in a rendering; `log` and `cbrt`
+    /// give dim regions more say and are several times slower; `l2` is for data whose own density
+    /// of samples is the weight wanted.
     Metric metric = Metric::Ngan;
-    double max_theta = 80;              ///< degrees; samples beyond are dropped
-    std::string algorithm = "LD_SLSQP"; ///< as algorithm_named returns it
-    int max_evaluations = 500;          ///< of one polish on all samples
-    int random_starts = 0;              ///< polished on all samples, besides the global search
-    unsigned long seed = 1;             ///< of the random starts and of stochastic algorithms
-    std::vector<ParameterRange> ranges; ///< --fix and --bound
-    std::optional<Material>
-        start; ///< warm start: replaces the global search, unless a lobe has no strength there
+    /// Degrees; samples beyond are dropped. Raise it for data that is good at grazing angles (most
+    /// gonioreflectometers lose accuracy there), lower it where the mirror's edge shows.
+    double max_theta = 80;
+    /// NLopt's for the polish, as algorithm_named returns it. Change it to compare algorithms;
+    /// those without derivatives ("LN_...") need many more evaluations.
+    std::string algorithm = "LD_SLSQP";
+    /// Of one polish on all samples. Raise it where an algorithm without derivatives, or three
+    /// and more lobes, stop at it.
+    int max_evaluations = 500;
+    /// Polished on all samples, besides the global search: a check on that, at the cost of a polish
+    /// each. FitResult::random_starts_better tells what came of it.
+    int random_starts = 0;
+    /// Of the random starts and of stochastic algorithms. Change it for other starts.
+    unsigned long seed = 1;
+    /// --fix and --bound: what is known of the material (f0 of a dielectric), or models less
+    /// general than the catalogue's (alpha = 0).
+    std::vector<ParameterRange> ranges;
+    /// Warm start for data like what it was fitted to: replaces the global search, unless a lobe
+    /// has no strength there. Only a local optimum is promised then.
+    std::optional<Material> start;
 };
 
 struct FitResult {
@@ -82,7 +98,14 @@ class FileFitter {
     };
     std::vector<Smaller> smaller_than(const Structure& structure) const;
     Solution extended(const Structure& structure, const Space& space, const Smaller& part);
+    // Builds programs; finds starting points worth a polish on all samples (search, then polish
+    // on the thinned samples); polishes them on all samples, and keeps the best.
     const Fitted& fitted(const Structure& structure);
+    Space space_of(const Structure& structure) const;
+    void build_programs(const Structure& structure);
+    std::vector<Solution> finalists(const Structure& structure, const Space& space);
+    Solution best_polished(const Structure& structure, const Space& space,
+                           const std::vector<Solution>& finalists);
     // The objective that polished the structure, or a new one.
     std::unique_ptr<Objective> full_objective(const Structure& structure);
     Objective& thinned_objective(const Structure& structure);

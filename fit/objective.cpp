@@ -165,6 +165,50 @@ double Objective::solve(const Eigen::ArrayXXd& sums, Coefficients& a) const {
     return error + sums.row(gram_sums + samples_.chunk * basis).sum();
 }
 
+// Solves kd and ks at theta from sums about reference_, which is moved closer until nothing
+// cancels; the sums are left in `reduced`. Returns the squared error.
+double Objective::solve_at(const std::vector<double>& theta, const char* pass, std::size_t count,
+                           Reduced& reduced) {
+    const auto residual_row =
+        static_cast<Eigen::Index>(triangle(layout().basis)) + samples_.chunk * layout().basis;
+    for (int passes = 1;; ++passes) {
+        reduced = run(pass, theta, reference_, count, samples_.chunks, false);
+        const double error = solve(reduced.sums, coefficients_);
+        const double about_reference = reduced.sums.row(residual_row).sum();
+        const bool about_nothing = reference_.isZero(0);
+        if (about_nothing)
+            data_error_ = about_reference;
+        const bool stale = !(about_reference <= stale_reference * std::max(error, 0.0));
+        if (!stale || passes == most_references || (about_nothing && !std::isfinite(error)))
+            return error;
+        // What suits another theta may be worse than nothing here.
+        if (std::isfinite(error) && about_reference <= data_error_)
+            reference_ = coefficients_;
+        else
+            reference_.setZero();
+    }
+}
+
+// Adds -2 sum a W d_e r to the gradient, from sums of r about reference_.
+void Objective::add_gradient(const Reduced& fused, std::vector<double>& gradient) const {
+    const int basis = layout().basis, chunk = samples_.chunk;
+    const std::vector<DerivativeEntry>& entries = layout().entries;
+    const Eigen::Index basis_sums =
+        static_cast<Eigen::Index>(triangle(basis)) + static_cast<Eigen::Index>(chunk * basis) + 1;
+    const Coefficients change = coefficients_ - reference_;
+    for (std::size_t e = 0; e < entries.size(); ++e) {
+        const Eigen::Index first = basis_sums + static_cast<Eigen::Index>(e) * (basis + chunk);
+        double sum = 0; // over channels of a W d_e r
+        for (int ch = 0; ch < samples_.channels; ++ch) {
+            double residual = fused.sums(first + basis + ch, 0);
+            for (int j = 0; j < basis; ++j)
+                residual -= change(ch, j) * fused.sums(first + j, 0);
+            sum += coefficients_(ch, entries[e].basis) * residual;
+        }
+        gradient[static_cast<std::size_t>(entries[e].parameter)] -= 2 * sum;
+    }
+}
+
 double Objective::projected_error(const std::vector<double>& theta, std::vector<double>* gradient) {
     ++evaluations_;
     const int basis = layout().basis;
@@ -175,58 +219,25 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
         basis_sums + entries.size() * static_cast<std::size_t>(basis + chunk);
     const bool fused =
         gradient != nullptr && samples_.chunks == 1 && gradient_sums <= most_fused_sums;
-    const char* const pass = fused ? "gradient_sums" : "basis_sums";
-    const std::size_t count = fused ? gradient_sums : basis_sums;
+    if (gradient != nullptr)
+        gradient->assign(theta.size(), 0);
 
     Reduced reduced;
-    double error = 0;
-    for (int passes = 1;; ++passes) {
-        reduced = run(pass, theta, reference_, count, samples_.chunks, false);
-        error = solve(reduced.sums, coefficients_);
-        const double about_reference =
-            reduced.sums.row(static_cast<Eigen::Index>(basis_sums) - 1).sum();
-        const bool about_nothing = reference_.isZero(0);
-        if (about_nothing)
-            data_error_ = about_reference;
-        const bool stale = !(about_reference <= stale_reference * std::max(error, 0.0));
-        if (!stale || passes == most_references || (about_nothing && !std::isfinite(error)))
-            break;
-        // What suits another theta may be worse than nothing here.
-        if (std::isfinite(error) && about_reference <= data_error_)
-            reference_ = coefficients_;
-        else
-            reference_.setZero();
-    }
+    double error = solve_at(theta, fused ? "gradient_sums" : "basis_sums",
+                            fused ? gradient_sums : basis_sums, reduced);
     if (!std::isfinite(error)) {
         coefficients_.setZero();
-        if (gradient != nullptr)
-            gradient->assign(theta.size(), 0);
         return error;
     }
-    if (gradient != nullptr) {
-        gradient->assign(theta.size(), 0);
-        if (fused) {
-            const Coefficients change = coefficients_ - reference_;
-            for (std::size_t e = 0; e < entries.size(); ++e) {
-                const auto first = static_cast<Eigen::Index>(
-                    basis_sums + e * static_cast<std::size_t>(basis + chunk));
-                double sum = 0; // over channels of a W d_e r
-                for (int ch = 0; ch < samples_.channels; ++ch) {
-                    double residual = reduced.sums(first + basis + ch, 0);
-                    for (int j = 0; j < basis; ++j)
-                        residual -= change(ch, j) * reduced.sums(first + j, 0);
-                    sum += coefficients_(ch, entries[e].basis) * residual;
-                }
-                (*gradient)[static_cast<std::size_t>(entries[e].parameter)] -= 2 * sum;
-            }
-        } else if (!entries.empty()) {
-            const Reduced pulled =
-                run("residual_gradient", theta, coefficients_, 1 + entries.size(), 1, false);
-            error = pulled.sums(0, 0);
-            for (std::size_t e = 0; e < entries.size(); ++e)
-                (*gradient)[static_cast<std::size_t>(entries[e].parameter)] +=
-                    2 * pulled.sums(static_cast<Eigen::Index>(1 + e), 0);
-        }
+    if (fused) {
+        add_gradient(reduced, *gradient);
+    } else if (gradient != nullptr && !entries.empty()) {
+        const Reduced pulled =
+            run("residual_gradient", theta, coefficients_, 1 + entries.size(), 1, false);
+        error = pulled.sums(0, 0);
+        for (std::size_t e = 0; e < entries.size(); ++e)
+            (*gradient)[static_cast<std::size_t>(entries[e].parameter)] +=
+                2 * pulled.sums(static_cast<Eigen::Index>(1 + e), 0);
     }
     if (error < reference_error_) {
         reference_error_ = error;
@@ -298,6 +309,25 @@ double Objective::loss(Metric metric, const std::vector<double>& theta, const Co
     return loss;
 }
 
+// Moves each channel's coefficients by a damped Newton step where that is worth it; returns the
+// gain it promises.
+double Objective::newton_step(const std::vector<ChannelLoss>& at,
+                              const std::vector<double>& damping, Coefficients& a) {
+    double gain = 0;
+    for (std::size_t ch = 0; ch < at.size(); ++ch) {
+        const auto row = static_cast<Eigen::Index>(ch);
+        SmallMatrix curve = at[ch].curve;
+        curve.diagonal() *= 1 + damping[ch];
+        const NonNegativeSolution step =
+            solve_nonnegative(curve, at[ch].pull, 0, a.row(row).transpose());
+        if (!(step.squared_error < -channel_gain * at[ch].loss))
+            continue;
+        gain -= step.squared_error;
+        a.row(row) = step.a.transpose();
+    }
+    return gain;
+}
+
 // Each channel by its own damped Newton steps in its few non-negative unknowns; a pass over the
 // samples tries a step of every channel.
 double Objective::projected_loss(Metric metric, const std::vector<double>& theta, Coefficients& a,
@@ -325,19 +355,7 @@ double Objective::projected_loss(Metric metric, const std::vector<double>& theta
     bool by_theta_of_best = true;
     for (int pass = 0; pass < most_loss_passes && std::isfinite(error); ++pass) {
         Coefficients tried = a;
-        double gain = 0;
-        for (std::size_t ch = 0; ch < channels; ++ch) {
-            const auto row = static_cast<Eigen::Index>(ch);
-            SmallMatrix curve = best[ch].curve;
-            curve.diagonal() *= 1 + damping[ch];
-            const NonNegativeSolution step =
-                solve_nonnegative(curve, best[ch].pull, 0, a.row(row).transpose());
-            if (!(step.squared_error < -channel_gain * best[ch].loss))
-                continue;
-            gain -= step.squared_error;
-            tried.row(row) = step.a.transpose();
-        }
-        if (!(gain > loss_gain * error))
+        if (!(newton_step(best, damping, tried) > loss_gain * error))
             break;
         sums = loss_sums(metric, theta, tried, --secant_passes > 0);
         by_theta_of_best = true;

@@ -43,6 +43,15 @@ struct FixedSums {
 
 /// The mean squared error of one structure on one set of packed samples, as OpenCL passes over
 /// them.
+///
+/// With f = sum_j a_j b_j(theta), b_0 the diffuse shape and a_j = kd, ks >= 0, the error
+///     E(theta, a) = sum over samples and channels of W (y - f)^2
+/// is quadratic in a: for given theta the best a solves a small non-negative least-squares problem
+/// in the Gram matrix W b_j b_k and W y b_j, whatever the number of samples (variable projection,
+/// Golub and Pereyra 1973). The optimiser so sees E*(theta) = min over a of E alone, and since
+/// dE/da vanishes at that minimum, or a stays at 0 there, the slope of E* is the partial one:
+///     dE*/dtheta = dE/dtheta at the solved a = -2 sum W (y - f) a_j db_j/dtheta
+/// (envelope theorem). Both need nothing but inner products, which a pass sums on the device.
 class Objective {
   public:
     Objective(const Device& device, std::shared_ptr<const FitProgram> program,
@@ -116,6 +125,12 @@ class Objective {
     std::size_t candidates_a_batch() const;
     void upload_parameters(const std::vector<double>& theta, const Coefficients& a);
     double solve(const Eigen::ArrayXXd& sums, Coefficients& a) const;
+    double solve_at(const std::vector<double>& theta, const char* pass, std::size_t count,
+                    Reduced& reduced);
+    void add_gradient(const Reduced& fused, std::vector<double>& gradient) const;
+    static double newton_step(const std::vector<ChannelLoss>& at,
+                              const std::vector<double>& damping, Coefficients& a);
+    ShapeSums shape_of(const Eigen::ArrayXXd& sums, std::size_t candidate) const;
 
     const Device& device_;
     std::shared_ptr<const FitProgram> program_;

@@ -5,6 +5,19 @@
 
 namespace brdfit {
 
+namespace {
+
+bool is_fresnel(const Structure& structure) {
+    return !structure.lobes.empty() && structure.lobes.back()->fresnel();
+}
+
+// SHAPE_SUMS of kernels/passes/search.cl.
+std::size_t shape_sum_count(bool fresnel, std::size_t chunk) {
+    return fresnel ? 5 + 2 * chunk : 2 + chunk;
+}
+
+} // namespace
+
 // A constant buffer holds at least 64 KiB.
 std::size_t Objective::candidates_a_batch() const {
     return (std::size_t{1} << 16) / sizeof(float) /
@@ -27,6 +40,27 @@ FixedSums Objective::fixed_sums() {
     return fixed;
 }
 
+// Sums of a candidate in the kernel's order.
+ShapeSums Objective::shape_of(const Eigen::ArrayXXd& sums, std::size_t candidate) const {
+    const auto chunk = static_cast<std::size_t>(samples_.chunk);
+    const bool fresnel = is_fresnel(structure());
+    const std::size_t first = candidate * shape_sum_count(fresnel, chunk);
+    const auto at = [&](std::size_t sum, std::size_t of_chunk) {
+        return sums(static_cast<Eigen::Index>(first + sum), static_cast<Eigen::Index>(of_chunk));
+    };
+    ShapeSums s{at(0, 0), at(1, 0), 0, 0, 0, {}, {}};
+    if (fresnel) {
+        s.st = at(2, 0);
+        s.tt = at(3, 0);
+        s.tb = at(4, 0);
+    }
+    for (std::size_t ch = 0; ch < static_cast<std::size_t>(samples_.channels); ++ch) {
+        s.ty.push_back(fresnel ? at(5 + ch % chunk, ch / chunk) : 0);
+        s.sy.push_back(at((fresnel ? 5 + chunk : 2) + ch % chunk, ch / chunk));
+    }
+    return s;
+}
+
 std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<double>>& candidates) {
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
@@ -34,9 +68,7 @@ std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<doubl
     const auto chunk = static_cast<std::size_t>(samples_.chunk);
     const auto chunks = static_cast<std::size_t>(samples_.chunks);
     const std::size_t parameters = layout().parameters.size();
-    const bool fresnel = !structure().lobes.empty() && structure().lobes.back()->fresnel();
-    const std::size_t sums =
-        fresnel ? 5 + 2 * chunk : 2 + chunk; // SHAPE_SUMS of kernels/passes/sums.cl
+    const std::size_t sums = shape_sum_count(is_fresnel(structure()), chunk);
     const cl::Buffer diffuse_theta =
         upload(device_, std::vector<float>(std::max<std::size_t>(parameters, 1), 0.0F));
     cl::Kernel& k = kernel("shape_sums");
@@ -75,23 +107,8 @@ std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<doubl
                                                      static_cast<Eigen::Index>(all))
                         .cast<double>();
         total /= samples_.norm();
-        for (std::size_t n = 0; n < count; ++n) {
-            const auto at = [&](std::size_t sum, std::size_t of_chunk) {
-                return total(static_cast<Eigen::Index>(n * sums + sum),
-                             static_cast<Eigen::Index>(of_chunk));
-            };
-            ShapeSums s{at(0, 0), at(1, 0), 0, 0, 0, {}, {}};
-            if (fresnel) {
-                s.st = at(2, 0);
-                s.tt = at(3, 0);
-                s.tb = at(4, 0);
-            }
-            for (std::size_t ch = 0; ch < static_cast<std::size_t>(samples_.channels); ++ch) {
-                s.ty.push_back(fresnel ? at(5 + ch % chunk, ch / chunk) : 0);
-                s.sy.push_back(at((fresnel ? 5 + chunk : 2) + ch % chunk, ch / chunk));
-            }
-            result.push_back(std::move(s));
-        }
+        for (std::size_t n = 0; n < count; ++n)
+            result.push_back(shape_of(total, n));
         begin += count;
     }
     return result;

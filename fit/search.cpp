@@ -56,6 +56,11 @@ class Search {
     std::vector<StartingPoint> best(std::size_t count) const;
 
   private:
+    struct Range {
+        int begin, end;
+    };
+    Range add_grid(Objective& objective, const Space& space);
+    Combination add_given(const PartialFit& fit, const std::vector<Objective*>& single);
     int add_shape(Shape shape, bool mixed);
     void fill_gram(const Device& device, const cl::Program& gram_program,
                    const std::vector<Objective*>& single);
@@ -71,9 +76,6 @@ class Search {
     bool neighbours(const Combination& a, const Combination& b) const;
     StartingPoint start_of(const Combination& combination) const;
 
-    struct Range {
-        int begin, end;
-    };
     int channels_, rows_ = 0;
     double norm_;
     std::vector<Space> spaces_;         // one a lobe
@@ -87,6 +89,14 @@ class Search {
 bool has_free_f0(const Space& lobe) {
     const auto& dimensions = lobe.dimensions();
     return !dimensions.empty() && dimensions[0].parameter.name == "f0" && !dimensions[0].fixed;
+}
+
+bool same_ranges(const Space& a, const Space& b) {
+    return std::equal(
+        a.dimensions().begin(), a.dimensions().end(), b.dimensions().begin(), b.dimensions().end(),
+        [](const Space::Dimension& x, const Space::Dimension& y) {
+            return x.parameter.lower == y.parameter.lower && x.parameter.upper == y.parameter.upper;
+        });
 }
 
 // The points of each dimension's axis in x; f0 has its lowest value alone.
@@ -128,70 +138,62 @@ Search::Search(const Device& device, const GramProgram& gram_program,
     rows_ = channels_ + 1;
     for (std::size_t l = 0; l < single.size(); ++l) {
         spaces_.push_back(space.of_lobe(static_cast<int>(l)));
-        const auto same = [&](std::size_t other) {
-            if (single[other] != single[l])
-                return false;
-            const auto& a = spaces_[other].dimensions();
-            const auto& b = spaces_[l].dimensions();
-            return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                              [](const Space::Dimension& x, const Space::Dimension& y) {
-                                  return x.parameter.lower == y.parameter.lower &&
-                                         x.parameter.upper == y.parameter.upper;
-                              });
-        };
         std::size_t twin = 0;
-        while (twin < l && !same(twin))
+        while (twin < l && !(single[twin] == single[l] && same_ranges(spaces_[twin], spaces_[l])))
             ++twin;
-        if (twin < l) {
-            grid_.push_back(grid_[twin]);
-            continue;
-        }
-        const int begin = static_cast<int>(shapes_.size());
-        const std::vector<std::vector<double>> axes = axes_of(spaces_[l]);
-        std::vector<int> place(axes.size(), 0);
-        for (bool more = true; more;) {
-            Shape shape;
-            for (std::size_t i = 0; i < axes.size(); ++i) {
-                const Parameter& p = spaces_[l].dimensions()[i].parameter;
-                const double value =
-                    from_scale(p.scale, axes[i][static_cast<std::size_t>(place[i])]);
-                shape.theta.push_back(std::clamp(value, p.lower, p.upper));
-            }
-            shape.place = place;
-            add_shape(shape, has_free_f0(spaces_[l]));
-            objective_.push_back(single[l]);
-            more = false;
-            for (std::size_t i = 0; i < axes.size() && !more; ++i) {
-                if (++place[i] < static_cast<int>(axes[i].size()))
-                    more = true;
-                else
-                    place[i] = 0;
-            }
-        }
-        grid_.push_back({begin, static_cast<int>(shapes_.size())});
+        grid_.push_back(twin < l ? grid_[twin] : add_grid(*single[l], spaces_[l]));
     }
-    for (const PartialFit& fit : partial) {
-        Combination combination{{}, std::vector<double>(single.size(), 0.0), 0};
-        std::size_t next = 0;
-        for (std::size_t l = 0; l < single.size(); ++l) {
-            if (static_cast<int>(l) == fit.missing) {
-                combination.shapes.push_back(-1);
-                continue;
-            }
-            Shape shape;
-            const std::size_t size = spaces_[l].dimensions().size();
-            shape.theta.assign(fit.theta.begin() + static_cast<std::ptrdiff_t>(next),
-                               fit.theta.begin() + static_cast<std::ptrdiff_t>(next + size));
-            next += size;
-            combination.shapes.push_back(add_shape(shape, false));
-            objective_.push_back(single[l]);
-        }
-        given_.push_back(combination);
-    }
+    for (const PartialFit& fit : partial)
+        given_.push_back(add_given(fit, single));
     if (single.size() == 1)
         fill_gram_of_one_lobe(*single.front());
     else
         fill_gram(device, gram_program(), single);
+}
+
+// Every point of the lobe's grid becomes a shape.
+Search::Range Search::add_grid(Objective& objective, const Space& space) {
+    const int begin = static_cast<int>(shapes_.size());
+    const std::vector<std::vector<double>> axes = axes_of(space);
+    std::vector<int> place(axes.size(), 0);
+    for (bool more = true; more;) {
+        Shape shape;
+        for (std::size_t i = 0; i < axes.size(); ++i) {
+            const Parameter& p = space.dimensions()[i].parameter;
+            const double value = from_scale(p.scale, axes[i][static_cast<std::size_t>(place[i])]);
+            shape.theta.push_back(std::clamp(value, p.lower, p.upper));
+        }
+        shape.place = place;
+        add_shape(shape, has_free_f0(space));
+        objective_.push_back(&objective);
+        more = false;
+        for (std::size_t i = 0; i < axes.size() && !more; ++i) {
+            if (++place[i] < static_cast<int>(axes[i].size()))
+                more = true;
+            else
+                place[i] = 0;
+        }
+    }
+    return {begin, static_cast<int>(shapes_.size())};
+}
+
+// The lobes of a fit without one, as shapes off the grid.
+Combination Search::add_given(const PartialFit& fit, const std::vector<Objective*>& single) {
+    Combination combination{{}, std::vector<double>(single.size(), 0.0), 0};
+    auto next = fit.theta.begin();
+    for (std::size_t l = 0; l < single.size(); ++l) {
+        if (static_cast<int>(l) == fit.missing) {
+            combination.shapes.push_back(-1);
+            continue;
+        }
+        const auto size = static_cast<std::ptrdiff_t>(spaces_[l].dimensions().size());
+        Shape shape;
+        shape.theta.assign(next, next + size);
+        next += size;
+        combination.shapes.push_back(add_shape(shape, false));
+        objective_.push_back(single[l]);
+    }
+    return combination;
 }
 
 int Search::add_shape(Shape shape, bool mixed) {

@@ -195,7 +195,9 @@ void AlbedoIntegrator::add_points(const std::vector<Running*>& tasks, cl_uint fi
     }
 }
 
-void AlbedoIntegrator::integrate(std::vector<Running>& running) {
+// Chooses how each task is sampled by how its component grows towards the horizon; returns those
+// that are not infinite.
+std::vector<AlbedoIntegrator::Running*> AlbedoIntegrator::prepared(std::vector<Running>& running) {
     std::vector<AlbedoTask> tasks;
     for (const Running& r : running)
         tasks.push_back(*r.task);
@@ -221,40 +223,50 @@ void AlbedoIntegrator::integrate(std::vector<Running>& running) {
         }
         open.push_back(&r);
     }
+    return open;
+}
+
+// Estimates a task's value and error from its replicates' sums over `points` each; returns whether
+// it is done.
+bool AlbedoIntegrator::estimate(Running& r, cl_uint points) {
+    double mean[3] = {}, square[3] = {};
+    for (const auto& sum : r.sums) {
+        const double x[3] = {sum[0] / points, sum[1] / points, (sum[0] - sum[1]) / points};
+        for (std::size_t k = 0; k < 3; ++k) {
+            mean[k] += x[k] / replicates;
+            square[k] += x[k] * x[k] / replicates;
+        }
+    }
+    double spread = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+        spread = std::max(spread, square[k] - mean[k] * mean[k]);
+    spread = std::max(stated_deviations *
+                          std::sqrt(std::max(0.0, spread) * replicates / (replicates - 1)),
+                      r.spread / steepest_fall);
+    r.spread = spread;
+    const double systematic = (single_precision + r.missed) * mean[0];
+    const bool last = points >= most_replicate_points;
+    AlbedoValue& value = r.value;
+    value.all = mean[0];
+    value.weighted = mean[1];
+    value.error = spread + systematic;
+    value.reached = value.error <= std::max(r.task->tolerance, r.relative * mean[0]) ||
+                    spread <= single_precision * mean[0] ||
+                    (last && value.error <= r.task->tolerance * std::max(1.0, mean[0]));
+    return value.reached && points * (r.cut ? steps : 1) >= fewest_points;
+}
+
+void AlbedoIntegrator::integrate(std::vector<Running>& running) {
+    std::vector<Running*> open = prepared(running);
     cl_uint points = 0;
     while (!open.empty() && points < most_replicate_points) {
         const cl_uint more = std::max(points, first_points);
         add_points(open, points, more);
         points += more;
         std::vector<Running*> next;
-        for (Running* const r : open) {
-            double mean[3] = {}, square[3] = {};
-            for (const auto& sum : r->sums) {
-                const double x[3] = {sum[0] / points, sum[1] / points, (sum[0] - sum[1]) / points};
-                for (std::size_t k = 0; k < 3; ++k) {
-                    mean[k] += x[k] / replicates;
-                    square[k] += x[k] * x[k] / replicates;
-                }
-            }
-            double spread = 0;
-            for (std::size_t k = 0; k < 3; ++k)
-                spread = std::max(spread, square[k] - mean[k] * mean[k]);
-            spread = std::max(stated_deviations *
-                                  std::sqrt(std::max(0.0, spread) * replicates / (replicates - 1)),
-                              r->spread / steepest_fall);
-            r->spread = spread;
-            const double systematic = (single_precision + r->missed) * mean[0];
-            const bool last = points >= most_replicate_points;
-            AlbedoValue& value = r->value;
-            value.all = mean[0];
-            value.weighted = mean[1];
-            value.error = spread + systematic;
-            value.reached = value.error <= std::max(r->task->tolerance, r->relative * mean[0]) ||
-                            spread <= single_precision * mean[0] ||
-                            (last && value.error <= r->task->tolerance * std::max(1.0, mean[0]));
-            if (!value.reached || points * (r->cut ? steps : 1) < fewest_points)
+        for (Running* const r : open)
+            if (!estimate(*r, points))
                 next.push_back(r);
-        }
         open = std::move(next);
     }
 }

@@ -55,6 +55,8 @@ class AlbedoIntegrator {
 
   private:
     struct Running;
+    std::vector<Running*> prepared(std::vector<Running>& running);
+    static bool estimate(Running& r, cl_uint points);
     void integrate(std::vector<Running>& running);
     void add_points(const std::vector<Running*>& tasks, cl_uint first, cl_uint count);
     std::vector<float> horizon_values(const std::vector<AlbedoTask>& tasks);

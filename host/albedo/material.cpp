@@ -95,6 +95,51 @@ std::vector<std::vector<Estimate>> directional(std::vector<Component>& component
     return sums;
 }
 
+// The hemispherical albedo of each channel by a rule of `nodes` cosines at `azimuths`.
+std::vector<Estimate> average_over(std::vector<Component>& components, std::size_t azimuths,
+                                   std::size_t nodes, std::size_t channels) {
+    const CosineRule rule(nodes);
+    std::vector<Vector> at;
+    std::vector<double> slack;
+    for (std::size_t a = 0; a < azimuths; ++a)
+        for (std::size_t i = 0; i < nodes; ++i) {
+            const double mu = std::max(rule.mu[i], least_cosine);
+            slack.push_back(std::max(1.0, 1 / (rule.weight[i] * static_cast<double>(nodes))));
+            const double r = std::sqrt((1 - mu) * (1 + mu));
+            const double phi =
+                2 * pi * (static_cast<double>(a) + 0.5) / static_cast<double>(azimuths);
+            at.push_back({r * std::cos(phi), r * std::sin(phi), mu});
+        }
+    const auto estimates = directional(components, at, slack, channels);
+    std::vector<Estimate> sums(channels);
+    for (std::size_t ch = 0; ch < channels; ++ch)
+        for (std::size_t k = 0; k < at.size(); ++k) {
+            const double weight = rule.weight[k % nodes] / static_cast<double>(azimuths);
+            sums[ch].value += weight * estimates[ch][k].value;
+            sums[ch].error += weight * estimates[ch][k].error;
+        }
+    return sums;
+}
+
+// The hemispherical albedo of each channel; as many nodes as it takes.
+std::vector<Estimate> hemispherical(std::vector<Component>& components, std::size_t azimuths,
+                                    std::size_t channels, double tolerance) {
+    std::vector<Estimate> coarse = average_over(components, azimuths, fewest_nodes, channels), fine;
+    for (std::size_t nodes = 2 * fewest_nodes; nodes <= most_nodes; nodes *= 2) {
+        fine = average_over(components, azimuths, nodes, channels);
+        double change = 0;
+        for (std::size_t ch = 0; ch < channels; ++ch) {
+            const double step = std::abs(fine[ch].value - coarse[ch].value);
+            fine[ch].error += std::isfinite(fine[ch].value) ? step : 0;
+            change = std::max(change, std::isfinite(step) ? step : 0);
+        }
+        if (change <= tolerance)
+            break;
+        coarse = fine;
+    }
+    return fine;
+}
+
 } // namespace
 
 void AlbedoGrid::place(Albedo& albedo) const {
@@ -168,43 +213,7 @@ Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& 
                                            missed, channels * wo.size(), largest));
 
     const std::size_t azimuths = material.isotropic() ? 1 : average_azimuths;
-    const auto average_of = [&](std::size_t nodes) {
-        const CosineRule rule(nodes);
-        std::vector<Vector> at;
-        std::vector<double> slack;
-        for (std::size_t a = 0; a < azimuths; ++a)
-            for (std::size_t i = 0; i < nodes; ++i) {
-                const double mu = std::max(rule.mu[i], least_cosine);
-                slack.push_back(std::max(1.0, 1 / (rule.weight[i] * static_cast<double>(nodes))));
-                const double r = std::sqrt((1 - mu) * (1 + mu));
-                const double phi =
-                    2 * pi * (static_cast<double>(a) + 0.5) / static_cast<double>(azimuths);
-                at.push_back({r * std::cos(phi), r * std::sin(phi), mu});
-            }
-        const auto estimates = directional(components, at, slack, channels);
-        std::vector<Estimate> sums(channels);
-        for (std::size_t ch = 0; ch < channels; ++ch)
-            for (std::size_t k = 0; k < at.size(); ++k) {
-                const double weight = rule.weight[k % nodes] / static_cast<double>(azimuths);
-                sums[ch].value += weight * estimates[ch][k].value;
-                sums[ch].error += weight * estimates[ch][k].error;
-            }
-        return sums;
-    };
-    std::vector<Estimate> coarse = average_of(fewest_nodes), fine;
-    for (std::size_t nodes = 2 * fewest_nodes; nodes <= most_nodes; nodes *= 2) {
-        fine = average_of(nodes);
-        double change = 0;
-        for (std::size_t ch = 0; ch < channels; ++ch) {
-            const double step = std::abs(fine[ch].value - coarse[ch].value);
-            fine[ch].error += std::isfinite(fine[ch].value) ? step : 0;
-            change = std::max(change, std::isfinite(step) ? step : 0);
-        }
-        if (change <= tolerance)
-            break;
-        coarse = fine;
-    }
-    for (const Estimate& estimate : fine) {
+    for (const Estimate& estimate : hemispherical(components, azimuths, channels, tolerance)) {
         result.average.push_back(estimate.value);
         result.average_error.push_back(std::isfinite(estimate.value) ? estimate.error : 0);
     }

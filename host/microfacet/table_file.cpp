@@ -260,13 +260,9 @@ class Reader {
 
 } // namespace
 
-void write_table(const MicrofacetTable& table, const std::string& path) {
+// What read_table needs beside the planes.
+static Json description_of(const MicrofacetTable& table) {
     const Grid& grid = table.grid;
-    Image tables;
-    tables.width = grid.columns;
-    tables.height = grid.rows;
-    tables.channels = {"g", "R0", "R1", "R0_correlated", "R1_correlated"};
-    tables.planes = {table.g, table.r0, table.r1, table.r0_correlated, table.r1_correlated};
     Json json = {{"version", 1},
                  {"distribution", table.distribution.name},
                  {"mean_x", table.mean[0]},
@@ -280,13 +276,23 @@ void write_table(const MicrofacetTable& table, const std::string& path) {
                  {"parts", Json::array()}};
     for (const DistributionPart& part : table.distribution.parts)
         json["parts"].push_back(part_json(part));
+    return json;
+}
+
+void write_table(const MicrofacetTable& table, const std::string& path) {
+    const Grid& grid = table.grid;
+    Image tables;
+    tables.width = grid.columns;
+    tables.height = grid.rows;
+    tables.channels = {"g", "R0", "R1", "R0_correlated", "R1_correlated"};
+    tables.planes = {table.g, table.r0, table.r1, table.r0_correlated, table.r1_correlated};
     const char* const sector = grid.sector == Sector::All       ? "0 to 2 pi, going round"
                                : grid.sector == Sector::Half    ? "0 to pi, mirrored in y"
                                : grid.sector == Sector::Quarter ? "0 to pi/2, mirrored in x and y"
                                                                 : "one: isotropic";
     tables.metadata = {
         {"name", "tables"},
-        {"microfacet", json.dump()},
+        {"microfacet", description_of(table).dump()},
         {"quantity", "g: integral of (h.k)+ p(h) dw; R0, R1: directional reflectance at f0 = 0 and "
                      "1, with independent and with correlated shadowing"},
         {"axes",
