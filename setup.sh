@@ -52,11 +52,11 @@ build() {
 
 # Every source of host and fit through clang, which does not make code of it.
 clang_takes_it() {
-    configure build -DBUILD_TESTING=OFF >/dev/null
+    configure build-check -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF >/dev/null
     sed -n 's/^ *"command": ".*c++ \(.*\) -o [^ ]* -c \(.*\)",$/clang++ \1 -fsyntax-only \2/p' \
-        build/compile_commands.json | grep -E '/(host|fit)/[^ ]*[.]cpp$' >build/clang-commands
-    [ -s build/clang-commands ]
-    tr '\n' '\0' <build/clang-commands | xargs -0 -n 1 -P "$(nproc)" sh -c
+        build-check/compile_commands.json | grep -E '/(host|fit)/[^ ]*[.]cpp$' >build-check/clang-commands
+    [ -s build-check/clang-commands ]
+    tr '\n' '\0' <build-check/clang-commands | xargs -0 -n 1 -P "$(nproc)" sh -c
 }
 
 [ $# -eq 1 ] || usage
