@@ -18,16 +18,22 @@ mirror=${MIRROR:-$(cat /etc/apt/sources.list /etc/apt/sources.list.d/* 2>/dev/nu
 mirror=${mirror:-http://deb.debian.org/debian}
 
 folder=$(mktemp -d)
-trap 'umount "$folder/root/proc" 2>/dev/null || true; rm -rf --one-file-system "$folder"' EXIT
+trap 'for f in proc sys; do umount "$folder/root/$f" 2>/dev/null || true; done
+    rm -rf --one-file-system "$folder"' EXIT
 trap 'exit 1' HUP INT TERM
 root=$folder/root
 debootstrap --variant=minbase bookworm "$root" "$mirror"
 cat /etc/apt/apt.conf.d/*proxy* >"$root/etc/apt/apt.conf.d/proxy" 2>/dev/null || true
 cp /etc/resolv.conf /etc/hosts "$root/etc/"
 cp "$package" "$root/brdfit.deb"
-mount -t proc proc "$root/proc" 2>/dev/null || true
+# The driver for CPUs reads there what processors and memory there are.
+mount -t proc proc "$root/proc"
+mount -o ro -t sysfs sysfs "$root/sys"
 
-in_root() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C DEBIAN_FRONTEND=noninteractive "$@"; }
+in_root() {
+    chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C \
+        DEBIAN_FRONTEND=noninteractive "$@"
+}
 in_root apt-get update -q
 in_root apt-get install -q -y --install-recommends /brdfit.deb
 in_root brdfit devices
