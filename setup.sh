@@ -2,17 +2,21 @@
 # Installs the packages brdfit needs (Debian 12, as root or with sudo), builds it in build/, and
 #   sh setup.sh demo   synthesises three measured materials and fits all models to them, in demo/
 #   sh setup.sh test   builds and runs the tests
+#   sh setup.sh check  whether the code is formatted and clang takes it too
+#   sh setup.sh package  makes a Debian package, in build-package/
 set -eu
 cd "$(dirname "$0")"
 
-needed="cmake make g++ pkg-config
+needed="cmake ninja-build g++ pkg-config
 pocl-opencl-icd ocl-icd-opencl-dev opencl-headers opencl-clhpp-headers
 libnlopt-dev libeigen3-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libssl-dev
 libopenexr-dev libpng-dev"
 needed_by_tests="libgtest-dev libbenchmark-dev oclgrind"
+needed_by_checks="clang clang-format"
+needed_by_package="dpkg-dev file"
 
 usage() {
-    sed -n '2,4s/^# \{0,1\}//p' "$0" >&2
+    sed -n '2,6s/^# \{0,1\}//p' "$0" >&2
     exit 2
 }
 
@@ -31,24 +35,54 @@ install_packages() {
     DEBIAN_FRONTEND=noninteractive $as_root apt-get install -q -y --no-install-recommends $missing
 }
 
-build() {
-    cmake -S . -B build "$1"
+# configure FOLDER OPTION...: Ninja where the folder is new.
+configure() {
+    folder=$1
     shift
-    cmake --build build -j "$(nproc)" "$@"
+    generator="-G Ninja"
+    [ ! -e "$folder/CMakeCache.txt" ] || generator=""
+    cmake -S . -B "$folder" $generator "$@"
+}
+
+build() {
+    configure build "$@"
+    cmake --build build -j "$(nproc)"
     build/brdfit devices # fails where there is no OpenCL device
+}
+
+# Every source of host and fit through clang, which does not make code of it.
+clang_takes_it() {
+    configure build-check -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF >/dev/null
+    sed -n 's/^ *"command": ".*c++ \(.*\) -o [^ ]* -c \(.*\)",$/clang++ \1 -fsyntax-only \2/p' \
+        build-check/compile_commands.json | grep -E '/(host|fit)/[^ ]*[.]cpp$' >build-check/clang-commands
+    [ -s build-check/clang-commands ]
+    tr '\n' '\0' <build-check/clang-commands | xargs -0 -n 1 -P "$(nproc)" sh -c
 }
 
 [ $# -eq 1 ] || usage
 case "$1" in
 demo)
     install_packages $needed
-    build -DBUILD_TESTING=OFF
+    build -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF
     build/brdfit demo -o demo
     ;;
 test)
     install_packages $needed $needed_by_tests
-    build -DBUILD_TESTING=ON
+    build -DBUILD_TESTING=ON -DBRDFIT_BENCH=ON
     ctest --test-dir build --output-on-failure --no-tests=error -j "$(nproc)"
+    ;;
+check)
+    install_packages $needed $needed_by_checks
+    find host fit bench tests -name '*.[ch]pp' -print0 | xargs -0 clang-format --dry-run -Werror
+    clang_takes_it
+    echo "formatted, and clang takes it"
+    ;;
+package)
+    install_packages $needed $needed_by_package
+    # Nothing in it is for this machine's processor alone.
+    configure build-package -DBUILD_TESTING=OFF -DBRDFIT_SIMD_BASELINE=OFF
+    cmake --build build-package -j "$(nproc)"
+    (cd build-package && cpack)
     ;;
 *)
     usage

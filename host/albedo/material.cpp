@@ -7,13 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 
 namespace brdfit {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Nodes of the hemispherical albedo: doubled until two agree.
 constexpr std::size_t fewest_nodes = 16, most_nodes = 256;
 /// The first nodes are nearer to the horizon than a limit (see AlbedoIntegrator) and weigh nothing.

@@ -152,7 +152,9 @@ MicrofacetTable refined(const MicrofacetTable& table, std::size_t factor) {
     if (grid.columns > 1)
         fine.grid.columns =
             grid.sector == Sector::All ? grid.columns * factor : (grid.columns - 1) * factor + 1;
-    const auto [plane, leans] = interpolated_area(table);
+    const std::pair<std::vector<float>, bool> area = interpolated_area(table);
+    const std::vector<float>& plane = area.first;
+    const bool leans = area.second;
     const auto step = 1 / static_cast<double>(factor);
     fine.g.resize(fine.grid.count());
     parallel_pieces(fine.grid.rows, 16, [&](std::size_t begin, std::size_t end) {
