@@ -218,7 +218,7 @@ TEST(MeasuredAlbedo, of_merl_is_known_to_its_stated_error) {
                      upper = std::sin(2 * degree * static_cast<double>(j + 1));
         expected += value(j) * pi * (upper * upper - lower * lower);
     }
-    for (const double tolerance : {1e-2, 2e-3}) {
+    for (const double tolerance : {2e-2, 5e-3}) {
         const Albedo found = measured_albedo(striped, {2, 1}, tolerance);
         EXPECT_NEAR(found.values[0][0], expected, found.errors[0][0] + 1e-6);
         EXPECT_GT(found.errors[0][0], 0);
@@ -226,7 +226,7 @@ TEST(MeasuredAlbedo, of_merl_is_known_to_its_stated_error) {
     }
     // A Lambertian one has its albedo at every viewer.
     const Samples lambert = merl_of_theta_d([](std::size_t) { return 0.7 / pi; });
-    const Albedo found = measured_albedo(lambert, {7, 1}, 1e-3);
+    const Albedo found = measured_albedo(lambert, {7, 1}, 5e-3);
     for (std::size_t k = 0; k + 1 < found.count(); ++k)
         EXPECT_NEAR(found.values[0][k], 0.7, found.errors[0][k] + 1e-6) << k;
     EXPECT_NEAR(found.average[0], 0.7, found.average_error[0] + 1e-6);
