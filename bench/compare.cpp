@@ -1,12 +1,11 @@
 #include "bench/compare.hpp"
 
-#include "host/error.hpp"
 #include "host/files/json.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <fmt/format.h>
+#include <limits>
 #include <tuple>
+#include <utility>
 
 namespace brdfit::bench {
 
@@ -23,6 +22,24 @@ const Record::Row* find(const std::vector<Record::Row>& rows, const Record::Row&
     return found == rows.end() ? nullptr : &*found;
 }
 
+Record::Row row_of(const Json& json, const Place& at) {
+    check_object(json, at, "an object");
+    const auto text = [&](const char* key) {
+        return parse_text(required(json, at, key, "a text"), at.member(key), "a text");
+    };
+    const auto number = [&](const char* key, double lower, double upper) {
+        return parse_number(required(json, at, key, "a number"), at.member(key), lower, upper);
+    };
+    constexpr double least = std::numeric_limits<double>::min();
+    constexpr double most = std::numeric_limits<double>::max();
+    return {text("device"),
+            text("work"),
+            text("model"),
+            static_cast<int>(number("threads", 0, std::numeric_limits<int>::max())),
+            number("samples_per_second", least, most),
+            number("spread", 0, most)};
+}
+
 } // namespace
 
 Record read_record(const std::string& path) {
@@ -35,27 +52,12 @@ Record read_record(const std::string& path) {
     if (!results.is_array())
         top.member("results").fail(results, "a list");
     Record record;
-    std::size_t index = 0;
-    try {
-        record.machine = json.value("machine", "");
-        record.version = json.value("version", "");
-        for (const auto& row : results) {
-            record.rows.push_back({row.at("device"), row.at("work"), row.at("model"),
-                                   row.at("threads"), row.at("samples_per_second"),
-                                   row.at("spread")});
-            const Record::Row& r = record.rows.back();
-            if (!(std::isfinite(r.samples_per_second) && r.samples_per_second > 0 &&
-                  std::isfinite(r.spread) && r.spread >= 0))
-                throw InputError(fmt::format("{}: results[{}]: expected a positive "
-                                             "samples_per_second and a spread of at least 0",
-                                             path, index));
-            ++index;
-        }
-    } catch (const Json::exception& error) {
-        throw InputError(fmt::format("{}: results[{}]: expected device, work, model, threads, "
-                                     "samples_per_second and spread ({})",
-                                     path, index, error.what()));
-    }
+    for (const auto& [key, text] :
+         {std::pair{"machine", &record.machine}, std::pair{"version", &record.version}})
+        if (const Json* const value = optional(json, key))
+            *text = parse_text(*value, top.member(key), "a text");
+    for (std::size_t i = 0; i < results.size(); ++i)
+        record.rows.push_back(row_of(results[i], top.member("results").element(i)));
     return record;
 }
 

@@ -18,8 +18,8 @@ constexpr double whole_hemisphere = 90;
 constexpr double float_bytes = sizeof(float);
 
 // What the tasks of one model share.
-struct Model {
-    Model(const Device& device, const Problem& problem, const Samples& samples)
+struct ModelOnDevice {
+    ModelOnDevice(const Device& device, const Problem& problem, const Samples& samples)
         : device(device), problem(problem),
           packed(pack_samples(device, samples, whole_hemisphere, Metric::Ngan)), cache(device),
           objective(device, cache.get(problem.structure, packed.channels, packed.chunk), packed),
@@ -58,7 +58,7 @@ struct Model {
                 counts.value};
     }
 };
-using Shared = std::shared_ptr<Model>;
+using Shared = std::shared_ptr<ModelOnDevice>;
 
 // A kernel of evaluate.cl on directions that stay on the device.
 struct Evaluation {
@@ -236,7 +236,7 @@ constexpr std::optional<Task> (*makers[])(const Shared&, const Samples&) = {
 
 std::vector<Task> device_tasks(const Device& device, const Problem& problem,
                                const Samples& samples) {
-    const auto model = std::make_shared<Model>(device, problem, samples);
+    const auto model = std::make_shared<ModelOnDevice>(device, problem, samples);
     std::vector<Task> tasks;
     for (const auto make : makers)
         if (std::optional<Task> task = make(model, samples))

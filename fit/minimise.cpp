@@ -22,7 +22,7 @@ std::string upper_case(std::string text) {
 }
 
 // What the callback shares with minimise: the function, the best point, and why it stopped.
-struct Search {
+struct Minimisation {
     const Function& function;
     nlopt_opt optimiser;
     double scale; // the value at the start, so that NLopt sees values of about 1
@@ -53,7 +53,7 @@ bool is_built_in(nlopt_algorithm algorithm) {
 }
 
 double evaluate_for_nlopt(unsigned n, const double* x, double* gradient, void* data) {
-    Search& search = *static_cast<Search*>(data);
+    Minimisation& search = *static_cast<Minimisation*>(data);
     constexpr double very_bad = 1e10; // finite: see minimise.hpp
     double value = very_bad;
     if (search.failure) { // some algorithms go on after nlopt_force_stop
@@ -123,7 +123,7 @@ Minimum minimise(const Function& function, const std::vector<double>& start,
         nlopt_create(algorithm, static_cast<unsigned>(start.size())), nlopt_destroy);
     if (!optimiser)
         throw UsageError(fmt::format("NLopt has no algorithm {}", options.algorithm));
-    Search search{function, optimiser.get(), 1, none, nullptr, {}, {}};
+    Minimisation search{function, optimiser.get(), 1, none, nullptr, {}, {}};
     const double first = function(start, nullptr);
     search.best.evaluations = 1;
     if (std::isfinite(first)) {

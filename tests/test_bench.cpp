@@ -29,29 +29,11 @@ std::vector<std::string> small(const std::string& models, const std::string& wor
 constexpr const char* all_works = "eval,error,sums,error-gradient,search,sample";
 
 /// Kernels to run instead of those built in, with `from` in one of them replaced by `to`.
-class ChangedKernels {
-  public:
-    ChangedKernels(const std::string& name, const std::string& from, const std::string& to) {
-        for (const EmbeddedFile* file = embedded_kernels; file->name != nullptr; ++file) {
-            std::string text = file->text;
-            if (file->name == name) {
-                const std::size_t place = text.find(from);
-                if (place == std::string::npos)
-                    throw std::runtime_error(name + " has no " + from);
-                text.replace(place, from.size(), to);
-            }
-            const std::string path = folder_ / file->name;
-            std::filesystem::create_directories(std::filesystem::path(path).parent_path());
-            write_file(path, text);
-        }
-        setenv("BRDFIT_KERNELS", folder_.path().c_str(), 1);
-    }
-    ~ChangedKernels() { unsetenv("BRDFIT_KERNELS"); }
-    ChangedKernels(const ChangedKernels&) = delete;
-    ChangedKernels& operator=(const ChangedKernels&) = delete;
-
-  private:
-    TemporaryFolder folder_;
+struct ChangedKernels {
+    ChangedKernels(const std::string& file, const std::string& from, const std::string& to)
+        : folder(file, from, to), variable("BRDFIT_KERNELS", folder.path().c_str()) {}
+    KernelFolder folder;
+    Variable variable;
 };
 
 } // namespace

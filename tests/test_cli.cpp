@@ -2,6 +2,7 @@
 // it says, and what is wrong ends with the right status, a message that says what, and no
 // half-written file.
 
+#include "host/cli/command.hpp"
 #include "host/evaluate/synthesise.hpp"
 #include "host/measured/read.hpp"
 #include "host/version.hpp"
@@ -10,7 +11,6 @@
 #include "tests/support/support.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstring>
@@ -20,8 +20,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <spdlog/spdlog.h>
 #include <sstream>
-#include <thread>
 
 namespace brdfit {
 
@@ -37,6 +37,44 @@ TEST(Program, version_goes_to_stdout) {
     EXPECT_EQ(outcome.status, 0);
     EXPECT_EQ(outcome.out, std::string(version) + "\n");
     EXPECT_EQ(outcome.err, "");
+}
+
+// Nothing of one run is left for the next, nor for whoever called it.
+TEST(Program, runs_twice_in_one_process) {
+    const auto run = [](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), "brdfit");
+        std::vector<char*> argv;
+        for (std::string& argument : arguments)
+            argv.push_back(argument.data());
+        testing::internal::CaptureStdout();
+        testing::internal::CaptureStderr();
+        Outcome outcome;
+        outcome.status = cli::run(static_cast<int>(argv.size()), argv.data());
+        outcome.out = testing::internal::GetCapturedStdout();
+        outcome.err = testing::internal::GetCapturedStderr();
+        return outcome;
+    };
+    const auto logger = spdlog::default_logger();
+    const auto level = spdlog::get_level();
+    std::signal(SIGTERM, SIG_IGN);
+    const TemporaryFolder folder;
+    write_file(folder / "a.csv", "theta_i,phi_i,theta_o,phi_o,Y\n0.5,0,0.5,3,0.1\n");
+    const Outcome quiet = run({"--quiet", "convert", folder / "a.csv", folder / "b.csv"});
+    EXPECT_EQ(quiet.status, 0) << quiet.err;
+    EXPECT_EQ(quiet.err, "");
+    const Outcome loud = run({"convert", folder / "a.csv", folder / "b.csv"});
+    EXPECT_EQ(loud.status, 0) << loud.err;
+    EXPECT_EQ(loud.err, run_program({"convert", folder / "a.csv", folder / "b.csv"}).err);
+    EXPECT_EQ(run({"info", folder / "a.csv"}).out, run_program({"info", folder / "a.csv"}).out);
+    const Outcome missing = run({"info", folder / "missing"});
+    EXPECT_EQ(missing.status, 1);
+    EXPECT_NE(missing.err.find("brdfit: error: " + (folder / "missing")), std::string::npos)
+        << missing.err;
+    EXPECT_EQ(run({"no-such-command"}).status, 2);
+    EXPECT_EQ(run({"models", "kurt"}).out, run_program({"models", "kurt"}).out);
+    EXPECT_EQ(spdlog::default_logger(), logger);
+    EXPECT_EQ(spdlog::get_level(), level);
+    EXPECT_EQ(std::signal(SIGTERM, SIG_DFL), SIG_IGN);
 }
 
 TEST(Program, help_of_every_command_has_an_example_of_that_command) {
@@ -296,29 +334,13 @@ TEST_F(Cli, eval_refuses_broken_input_and_writes_nothing) {
         EXPECT_NE(name[0], 'v') << name;
 }
 
-/// Runs the program and interrupts it as soon as a temporary file stands in the folder.
-Outcome interrupted(const std::vector<std::string>& arguments,
-                    const std::filesystem::path& folder) {
-    return run_program(arguments, {}, [&](pid_t child) {
-        for (int i = 0; i < 2000; ++i) {
-            for (const std::string& name : names_in(folder))
-                if (name.find(".part") != std::string::npos) {
-                    kill(child, SIGINT);
-                    return;
-                }
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
-        kill(child, SIGINT);
-    });
-}
-
 TEST_F(Cli, an_interrupt_leaves_no_temporary_file) {
     const std::filesystem::path out = folder.path() / "interrupted";
     std::filesystem::create_directory(out);
     // So many rows take long enough to be met while they are written.
     const Outcome outcome = interrupted(
         {"synth", folder / "brushed.json", (out / "big.csv").string(), "--directions", "2000000"},
-        out);
+        out, [](const std::string& name) { return name.find(".part") != std::string::npos; });
     EXPECT_EQ(outcome.status, 128 + SIGINT) << outcome.err;
     EXPECT_EQ(names_in(out), Names{});
 }

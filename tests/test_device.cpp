@@ -1,6 +1,5 @@
 // Choosing a device, and what the program says where there is none or where kernels do not build.
 
-#include "host/embedded.hpp"
 #include "host/error.hpp"
 #include "host/model/structure.hpp"
 #include "tests/support/fits.hpp"
@@ -15,6 +14,7 @@ namespace brdfit {
 
 namespace {
 
+using test::KernelFolder;
 using test::Outcome;
 using test::run_program;
 using test::TemporaryFolder;
@@ -131,24 +131,8 @@ TEST_F(Program, without_any_device_says_in_a_sentence_what_to_install) {
     EXPECT_EQ(run_program({"--version"}, environment).status, 0);
 }
 
-/// A copy of the built-in kernels in a folder, with `replacement` in place of `text` in one file.
-void write_kernels(const TemporaryFolder& folder, const std::string& file = "",
-                   const std::string& text = "", const std::string& replacement = "") {
-    std::filesystem::create_directory(folder.path() / "models");
-    for (const EmbeddedFile* kernel = embedded_kernels; kernel->name != nullptr; ++kernel) {
-        std::string source = kernel->text;
-        if (kernel->name == file) {
-            const std::size_t at = source.find(text);
-            ASSERT_NE(at, std::string::npos) << file << " has no " << text;
-            source.replace(at, text.size(), replacement);
-        }
-        write_file(folder / kernel->name, source);
-    }
-}
-
 TEST_F(Program, takes_kernels_from_the_folder_named_while_developing) {
-    const TemporaryFolder kernels;
-    write_kernels(kernels);
+    const KernelFolder kernels;
     EXPECT_EQ(eval({}, {"BRDFIT_KERNELS=" + kernels.path().string()}).status, 0);
     std::filesystem::remove(kernels / "models/ward.cl");
     const Outcome outcome = eval({}, {"BRDFIT_KERNELS=" + kernels.path().string()});
@@ -157,19 +141,15 @@ TEST_F(Program, takes_kernels_from_the_folder_named_while_developing) {
 }
 
 TEST_F(Program, names_file_and_line_of_a_kernel_that_does_not_build) {
-    for (const std::string file : {"models/ward.cl", "geometry.cl", "fit.cl"}) {
-        const TemporaryFolder kernels;
-        std::string source;
-        for (const EmbeddedFile* kernel = embedded_kernels; kernel->name != nullptr; ++kernel)
-            if (kernel->name == file)
-                source = kernel->text;
+    for (const std::string file : {"models/ward.cl", "base/geometry.cl", "passes/sums.cl"}) {
+        const std::string source = test::kernel_text(file);
         // An error on a line of its own after the first statement.
         const std::size_t at = source.find(";\n") + 2;
         const auto line =
             1 + std::count(source.begin(), source.begin() + static_cast<std::ptrdiff_t>(at), '\n');
         std::string broken = source;
         broken.insert(at, "no_such_type x = 1;\n");
-        write_kernels(kernels, file, source, broken);
+        const KernelFolder kernels(file, source, broken);
         const Outcome outcome = eval({}, {"BRDFIT_KERNELS=" + kernels.path().string()});
         EXPECT_EQ(outcome.status, 1) << file;
         EXPECT_NE(outcome.err.find(fmt::format("kernels/{}:{}:", file, line)), std::string::npos)
@@ -183,8 +163,7 @@ TEST_F(Program, a_fit_says_so_too_when_kernels_do_not_build) {
     ASSERT_EQ(run_program({"synth", folder / "m.json", folder / "data.csv", "--directions", "100"})
                   .status,
               0);
-    const TemporaryFolder kernels;
-    write_kernels(kernels, "gram.cl", "__kernel", "no_such_word __kernel");
+    const KernelFolder kernels("passes/gram.cl", "__kernel", "no_such_word __kernel");
     const Outcome outcome = run_program(
         {"fit", folder / "data.csv", "-m", "ward", "--lobes", "2", "-o", folder / "out"},
         {"BRDFIT_KERNELS=" + kernels.path().string()});

@@ -52,8 +52,7 @@ void expect_recovered(const Material& found, const Material& truth) {
 
 class EveryModel : public testing::TestWithParam<std::string> {};
 
-INSTANTIATE_TEST_SUITE_P(Fit, EveryModel, testing::ValuesIn(test::all_model_names()),
-                         [](const auto& info) { return test_name(info.param); });
+INSTANTIATE_TEST_SUITE_P(Fit, EveryModel, testing::ValuesIn(test::all_model_names()), test_name);
 
 TEST_P(EveryModel, is_recovered_from_noisy_data_on_merls_grid) {
     const Structure structure = structure_named(GetParam(), 1, "", true);
@@ -163,8 +162,7 @@ FitOptions minimising(Metric metric) {
 
 class EveryLobe : public testing::TestWithParam<std::string> {};
 
-INSTANTIATE_TEST_SUITE_P(Fit, EveryLobe, testing::ValuesIn(test::lobe_model_names()),
-                         [](const auto& info) { return test_name(info.param); });
+INSTANTIATE_TEST_SUITE_P(Fit, EveryLobe, testing::ValuesIn(test::fitted_model_names()), test_name);
 
 TEST_P(EveryLobe, reported_errors_are_those_of_the_written_material) {
     const Samples samples = odd_measurement();
@@ -420,8 +418,7 @@ TEST(StandardErrors, are_missing_where_the_data_does_not_tell) {
     auto directions = std::make_shared<Directions>(200);
     for (std::size_t k = 0; k < directions->count(); ++k) {
         const double tilt = 0.6 * (static_cast<double>(k) / 199 - 0.5);
-        directions->set(k, direction(std::abs(0.5 + tilt), 0),
-                        direction(std::abs(0.5 - tilt), std::acos(-1)));
+        directions->set(k, direction(std::abs(0.5 + tilt), 0), direction(std::abs(0.5 - tilt), pi));
     }
     Samples samples = synthesise(device(), truth, directions, 0.01, 1);
     const FitResult result = fit(samples, structure);

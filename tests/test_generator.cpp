@@ -17,11 +17,6 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-const Generator& generator() {
-    static const Generator one(device());
-    return one;
-}
-
 Distribution distribution_of(const std::string& spec) {
     return generator().weighted(parse_distribution(spec, "spec.json"));
 }

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <map>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -52,16 +51,54 @@ std::vector<fs::path> sources() {
     return files;
 }
 
-// Paths below the root that a file includes.
-std::vector<std::string> includes_of(const fs::path& file) {
-    static const std::regex line("^\\s*#\\s*include\\s+\"([^\"]+)\"");
-    std::vector<std::string> included;
-    std::istringstream text(read_file((root / file).string()));
+// What CMake makes, by the name it is included by.
+const std::vector<std::string> generated = {"host/version.hpp", "scalar_models.inc"};
+
+// What is wrong with a line of a file; empty where it includes nothing, or what it may.
+std::string offence(const fs::path& file, const std::string& line) {
+    static const std::regex any("^\\s*#\\s*(include|include_next|import)\\b.*");
+    static const std::regex plain("^\\s*#\\s*include\\s*([<\"])([^\">]+)[\">]\\s*(//.*)?$");
     std::smatch match;
-    for (std::string each; std::getline(text, each);)
-        if (std::regex_search(each, match, line))
-            included.push_back(match[1]);
-    return included;
+    if (!std::regex_match(line, any))
+        return "";
+    if (!std::regex_match(line, match, plain))
+        return "is no plain #include";
+    const std::string name = match[2];
+    const bool quoted = match[1] == "\"";
+    const std::string floor = name.substr(0, name.find('/'));
+    const bool ours = floor != name && fs::is_directory(root / floor);
+    if (!quoted && !ours)
+        return ""; // a library's
+    if (!quoted)
+        return "includes a file of this tree as a library's";
+    if (std::find(generated.begin(), generated.end(), name) != generated.end())
+        return "";
+    if (!fs::is_regular_file(root / name) || fs::path(name).lexically_normal() != name)
+        return "does not name a file by its path from the root";
+    const std::string room = file.parent_path().string(),
+                      other = fs::path(name).parent_path().string();
+    return other == room || (level_of(other) >= 0 && level_of(other) < level_of(room))
+               ? ""
+               : "includes what stands above it";
+}
+
+// Calls body(line) for each line of a file.
+template <typename Body>
+void each_line(const fs::path& file, Body body) {
+    std::istringstream text(read_file((root / file).string()));
+    for (std::string line; std::getline(text, line);)
+        body(line);
+}
+
+bool starts_with(const std::string& text, const std::string& beginning) {
+    return text.rfind(beginning, 0) == 0;
+}
+
+// Whether a file is of brdfit_core: everything of host and fit but the command line.
+bool is_of_the_library(const fs::path& file) {
+    const std::string name = file.string();
+    return (starts_with(name, "host/") || starts_with(name, "fit/")) &&
+           name.find("/cli/") == std::string::npos;
 }
 
 TEST(Layout, every_source_file_stands_in_a_known_room) {
@@ -73,32 +110,60 @@ TEST(Layout, every_source_file_stands_in_a_known_room) {
 
 TEST(Layout, no_include_runs_up) {
     std::size_t seen = 0;
-    for (const fs::path& file : sources()) {
-        const std::string room = file.parent_path().string();
-        for (const std::string& name : includes_of(file)) {
-            if (name.find('/') == std::string::npos)
-                continue; // generated
-            const std::string other = fs::path(name).parent_path().string();
-            ++seen;
-            EXPECT_TRUE(other == room || level_of(other) < level_of(room))
-                << file << " includes " << name << ", which stands above it";
-        }
-    }
+    for (const fs::path& file : sources())
+        each_line(file, [&](const std::string& line) {
+            seen += line.find("#include \"") != std::string::npos;
+            EXPECT_EQ(offence(file, line), "") << file << ": " << line;
+        });
     EXPECT_GT(seen, 500U);
 }
 
-// brdfit_core is everything of host and fit but the command line.
+TEST(Layout, an_include_that_runs_up_is_seen_however_it_is_written) {
+    const fs::path low = "host/measured/merl.cpp";
+    for (const char* line :
+         {"#include \"host/measured/samples.hpp\"", "#include \"host/files/file.hpp\" // bytes",
+          "#include <vector>", "#include <CL/opencl.hpp>", "#include \"host/version.hpp\"", "",
+          "// #include \"fit/fit.hpp\""})
+        EXPECT_EQ(offence(low, line), "") << line;
+    for (const char* line :
+         {"#include \"host/model/material.hpp\"", "  #  include\t\"fit/fit.hpp\"",
+          "#include\"host/cli/command.hpp\"", "#include \"host/microfacet/table.hpp\"",
+          "#include <host/model/material.hpp>", "#include <tests/support/support.hpp>",
+          "#include \"samples.hpp\"", "#include \"../model/material.hpp\"",
+          "#include \"host/measured/../model/material.hpp\"", "#include \"./merl.hpp\"",
+          "#include \"bench/work.hpp\" // why", "#include MATERIAL",
+          "#include /**/ \"fit/fit.hpp\"", "#include_next \"fit/fit.hpp\""})
+        EXPECT_NE(offence(low, line), "") << line;
+    EXPECT_NE(offence("kernels/terms/erf.cl", "#include \"kernels/models/ward.cl\""), "");
+    EXPECT_NE(offence("fit/fit.cpp", "#include \"fit/cli/fit_files.hpp\""), "");
+    EXPECT_EQ(offence("bench/cli/tune.cpp", "#include \"fit/fit.hpp\""), "");
+}
+
 TEST(Layout, the_library_knows_no_command_line) {
     for (const fs::path& file : sources()) {
-        const std::string name = file.string();
-        const bool core = (name.rfind("host/", 0) == 0 || name.rfind("fit/", 0) == 0) &&
-                          name.find("/cli/") == std::string::npos;
-        if (!core)
-            continue;
-        EXPECT_EQ(read_file((root / file).string()).find("CLI/"), std::string::npos) << file;
-        for (const std::string& included : includes_of(file))
-            EXPECT_EQ(included.find("/cli/"), std::string::npos) << file << ": " << included;
+        const bool parses = read_file((root / file).string()).find("<CLI/") != std::string::npos;
+        EXPECT_FALSE(parses && is_of_the_library(file)) << file;
     }
+}
+
+// The program that links the library keeps its own logger, handlers and locale, and decides when it
+// ends.
+TEST(Layout, the_library_changes_nothing_of_its_process) {
+    const std::regex global(
+        "set_default_logger|spdlog::(register|set_|drop|shutdown|apply|init)|\\bsignal\\(|"
+        "sigaction|setlocale|locale::global|set_terminate|set_new_handler|atexit|"
+        "\\b(exit|abort|_exit|quick_exit)\\(|\\b(set|put|unset)env\\(|\\bchdir\\(|"
+        "current_path\\(|\\bs?rand\\(|sync_with_stdio");
+    EXPECT_TRUE(std::regex_search("std::signal(SIGINT, handler);", global));
+    std::size_t seen = 0;
+    for (const fs::path& file : sources())
+        if (is_of_the_library(file))
+            each_line(file, [&](const std::string& line) {
+                ++seen;
+                EXPECT_FALSE(std::regex_search(line.substr(0, line.find("//")), global))
+                    << file << ": " << line;
+            });
+    EXPECT_GT(seen, 5000U);
 }
 
 } // namespace

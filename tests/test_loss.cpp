@@ -92,7 +92,7 @@ class Loss : public testing::TestWithParam<Metric> {
     }
 };
 
-INSTANTIATE_TEST_SUITE_P(, Loss, testing::Values(Metric::Log, Metric::Cbrt),
+INSTANTIATE_TEST_SUITE_P(Metrics, Loss, testing::Values(Metric::Log, Metric::Cbrt),
                          [](const auto& info) { return name_of(info.param); });
 
 /// Theta of lobes that did not make the data, so that fits are poor and bounds are met.

@@ -1,14 +1,12 @@
 #include "host/embedded.hpp"
 #include "host/error.hpp"
 #include "host/model/material.hpp"
+#include "tests/support/support.hpp"
 
-#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 namespace brdfit {
 
@@ -33,12 +31,7 @@ Material parse(const Json& json) {
 
 /// What the parser says of a text; empty when it is content.
 std::string complaint(const std::string& text) {
-    try {
-        parse_material(text, "paint.json");
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "";
+    return test::complaint([&] { parse_material(text, "paint.json"); });
 }
 
 /// What the parser says of the example after a change.
@@ -48,28 +41,15 @@ std::string complaint(const std::function<void(Json&)>& change) {
     return complaint(json.dump());
 }
 
-std::string read(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// A path in a new folder that goes with the test.
 class MaterialFile : public testing::Test {
   protected:
-    MaterialFile() {
-        std::string pattern = (std::filesystem::temp_directory_path() / "brdfitXXXXXX").string();
-        folder_ = mkdtemp(pattern.data());
-    }
-    ~MaterialFile() override { std::filesystem::remove_all(folder_); }
-    std::string path() const { return (folder_ / "material.json").string(); }
-
-  private:
-    std::filesystem::path folder_;
+    const test::TemporaryFolder folder_;
+    const std::string path = folder_ / "material.json";
 };
 
 } // namespace
 
-TEST(Material, HasEveryPartOfItsFile) {
+TEST(Material, has_every_part_of_its_file) {
     const Material material = parse(example());
     EXPECT_EQ(material.channels, (std::vector<std::string>{"R", "G", "B"}));
     EXPECT_EQ(material.diffuse->name, "lambert");
@@ -84,7 +64,7 @@ TEST(Material, HasEveryPartOfItsFile) {
     EXPECT_EQ(material.fit, example()["fit"]);
 }
 
-TEST(Material, MayHaveNoLobeAndNoFit) {
+TEST(Material, may_have_no_lobe_and_no_fit) {
     Json json = example();
     json["lobes"] = Json::array();
     json.erase("fit");
@@ -94,7 +74,7 @@ TEST(Material, MayHaveNoLobeAndNoFit) {
     EXPECT_EQ(to_json(material), json);
 }
 
-TEST(Material, OrderOfKeysIsFree) {
+TEST(Material, order_of_keys_is_free) {
     const Material material = parse_material(
         R"({"lobes": [{"m": 0.2, "ks": [1], "model": "ward"}], "diffuse": {"kd": [0], "model": "lambert"},
             "channels": ["Y"], "brdfit": 1})",
@@ -102,7 +82,7 @@ TEST(Material, OrderOfKeysIsFree) {
     EXPECT_EQ(material.lobes[0].theta, (std::vector<double>{0.2}));
 }
 
-TEST(Material, RepeatsTheRoughnessOfIsotropicLobes) {
+TEST(Material, repeats_the_roughness_of_isotropic_lobes) {
     Json json = example();
     json["lobes"] =
         Json::parse(R"([{"model": "kurt", "ks": [1, 1, 1], "f0": 0.5, "m": 0.25, "alpha": 0.1},
@@ -114,7 +94,7 @@ TEST(Material, RepeatsTheRoughnessOfIsotropicLobes) {
     EXPECT_EQ(material.lobes[2].anisotropic_theta(), (std::vector<double>{0.5, 0.25}));
 }
 
-TEST(Material, IsIsotropicWhereRoughnessesAreEqual) {
+TEST(Material, is_isotropic_where_roughnesses_are_equal) {
     Json json = example();
     EXPECT_FALSE(parse(json).isotropic());
     json["lobes"][0]["my"] = json["lobes"][0]["mx"];
@@ -124,7 +104,7 @@ TEST(Material, IsIsotropicWhereRoughnessesAreEqual) {
 }
 
 // Every lobe model, in both forms, with each parameter at its bounds and just beyond them.
-TEST(Material, TakesEveryLobeModelWithinItsBounds) {
+TEST(Material, takes_every_lobe_model_within_its_bounds) {
     for (const Model& model : catalogue()) {
         if (model.kind != Kind::Lobe)
             continue;
@@ -155,7 +135,7 @@ TEST(Material, TakesEveryLobeModelWithinItsBounds) {
     }
 }
 
-TEST(Material, DemoMaterialsParse) {
+TEST(Material, demo_materials_parse) {
     int count = 0;
     for (const EmbeddedFile* file = embedded_demo; file->name != nullptr; ++file, ++count) {
         const Material material = parse_material(file->text, file->name);
@@ -166,25 +146,25 @@ TEST(Material, DemoMaterialsParse) {
     EXPECT_EQ(count, 3);
 }
 
-TEST_F(MaterialFile, SurvivesWritingAndReading) {
+TEST_F(MaterialFile, survives_writing_and_reading) {
     Json json = example();
     // Numbers that need all their digits, or few.
     json["diffuse"]["kd"] = {0.1, 1.0 / 3, 1e-300};
     json["lobes"][0]["mx"] = 0.1 + 0.2;
     json["lobes"][0]["ks"] = {5e-324, 3e38, 12345678.9};
-    write_material(parse(json), path());
-    EXPECT_EQ(to_json(read_material(path())), json);
-    const std::string first = read(path());
-    write_material(read_material(path()), path());
-    EXPECT_EQ(read(path()), first);
+    write_material(parse(json), path);
+    EXPECT_EQ(to_json(read_material(path)), json);
+    const std::string first = test::read_file(path);
+    write_material(read_material(path), path);
+    EXPECT_EQ(test::read_file(path), first);
     EXPECT_NE(first.find("0.30000000000000004"), std::string::npos);
 }
 
-TEST_F(MaterialFile, IsLaidOutForPeople) {
+TEST_F(MaterialFile, is_laid_out_for_people) {
     Json json = example();
     json.erase("fit");
-    write_material(parse(json), path());
-    EXPECT_EQ(read(path()), R"({
+    write_material(parse(json), path);
+    EXPECT_EQ(test::read_file(path), R"({
   "brdfit": 1,
   "channels": ["R", "G", "B"],
   "diffuse": {"model": "lambert", "kd": [0.1, 0.2, 0.3]},
@@ -196,21 +176,21 @@ TEST_F(MaterialFile, IsLaidOutForPeople) {
 )");
 }
 
-TEST_F(MaterialFile, KeepsNamesInAnyScript) {
+TEST_F(MaterialFile, keeps_names_in_any_script) {
     Json json = example();
     json["channels"] = {"rød", "400 nm", "藍"};
-    write_material(parse(json), path());
-    EXPECT_EQ(to_json(read_material(path())), json);
+    write_material(parse(json), path);
+    EXPECT_EQ(to_json(read_material(path)), json);
 }
 
-TEST_F(MaterialFile, MustExistAndNotBeHuge) {
-    EXPECT_THROW(read_material(path()), InputError);
-    std::ofstream(path()) << "{}";
-    std::filesystem::resize_file(path(), std::uintmax_t{17} << 20);
-    EXPECT_THROW(read_material(path()), InputError);
+TEST_F(MaterialFile, must_exist_and_not_be_huge) {
+    EXPECT_THROW(read_material(path), InputError);
+    test::write_file(path, "{}");
+    std::filesystem::resize_file(path, std::uintmax_t{17} << 20);
+    EXPECT_THROW(read_material(path), InputError);
 }
 
-TEST(BadMaterial, IsNamedByKeyAndExpectation) {
+TEST(BadMaterial, is_named_by_key_and_expectation) {
     using Change = std::function<void(Json&)>;
     const struct {
         Change change;
@@ -333,7 +313,7 @@ TEST(BadMaterial, IsNamedByKeyAndExpectation) {
         EXPECT_EQ(complaint(bad.change).substr(0, std::string(bad.message).size()), bad.message);
 }
 
-TEST(BadMaterial, RepeatsNoKey) {
+TEST(BadMaterial, repeats_no_key) {
     EXPECT_EQ(complaint(R"({"brdfit": 1, "brdfit": 1})"),
               "paint.json: brdfit: is given twice; expected once");
     EXPECT_EQ(
@@ -344,7 +324,7 @@ TEST(BadMaterial, RepeatsNoKey) {
               "paint.json: fit.error.l2: is given twice; expected once");
 }
 
-TEST(BadMaterial, IsNoJson) {
+TEST(BadMaterial, is_no_json) {
     for (const std::string text :
          {"", " ", "{", "[1,", "{\"brdfit\": NaN}", "{\"brdfit\": 1e999}", "{\"brdfit\": 1} x",
           "{\"a\": \"\xff\"}", "{'brdfit': 1}", "\x89PNG\r\n"})
@@ -353,7 +333,7 @@ TEST(BadMaterial, IsNoJson) {
 }
 
 // Neither the parser nor what copies, prints or frees its result may run out of stack.
-TEST(BadMaterial, IsNotNestedDeeply) {
+TEST(BadMaterial, is_not_nested_deeply) {
     constexpr std::size_t depth = 1000000;
     std::string objects;
     for (std::size_t i = 0; i < depth; ++i)
@@ -364,7 +344,7 @@ TEST(BadMaterial, IsNotNestedDeeply) {
         EXPECT_EQ(complaint(text), "paint.json: is nested too deeply; expected at most 32 levels");
 }
 
-TEST(BadMaterial, DoesNotFloodTheMessage) {
+TEST(BadMaterial, does_not_flood_the_message) {
     Json json = example();
     json["lobes"][0]["model"] = std::string(100000, 'x');
     EXPECT_LT(complaint(json.dump()).size(), 400u);
@@ -376,7 +356,7 @@ TEST(BadMaterial, DoesNotFloodTheMessage) {
 }
 
 // Any shortening of a good file is a bad one, and says so.
-TEST(BadMaterial, IsCutOff) {
+TEST(BadMaterial, is_cut_off) {
     const std::string text = example().dump(1);
     for (std::size_t length = 0; length < text.size(); ++length)
         EXPECT_NE(complaint(text.substr(0, length)), "") << length;

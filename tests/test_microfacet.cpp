@@ -24,11 +24,6 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-const Generator& generator() {
-    static const Generator one(device());
-    return one;
-}
-
 /// A folder with the table of each distribution, generated once.
 class Tables {
   public:
@@ -180,15 +175,6 @@ double albedo(const Material& material, const Vector& wo) {
 std::size_t channel(const Image& image, const std::string& name) {
     return static_cast<std::size_t>(std::find(image.channels.begin(), image.channels.end(), name) -
                                     image.channels.begin());
-}
-
-std::string complaint(const std::function<void()>& action) {
-    try {
-        action();
-    } catch (const std::runtime_error& error) {
-        return error.what();
-    }
-    return "";
 }
 
 } // namespace
@@ -403,7 +389,7 @@ TEST(Microfacet, material_comes_back_from_its_file) {
 TEST(Microfacet, broken_materials_and_tables_say_what_is_wrong) {
     const std::string good = tables().path(round_gauss);
     const auto says = [](const Json& json, const std::string& text) {
-        const std::string message = complaint([&] { parsed(json); });
+        const std::string message = complaint<std::runtime_error>([&] { parsed(json); });
         EXPECT_NE(message.find(text), std::string::npos) << message;
         EXPECT_NE(message.find("material.json: "), std::string::npos) << message;
     };
@@ -443,7 +429,7 @@ TEST(Microfacet, broken_table_files_say_what_is_wrong) {
         breaks(broken);
         const std::string path = folder / "broken.exr";
         write_exr_parts(broken, path, ExrPixel::Float);
-        const std::string message = complaint([&] { read_table(path); });
+        const std::string message = complaint<std::runtime_error>([&] { read_table(path); });
         EXPECT_NE(message.find(text), std::string::npos) << message;
         EXPECT_NE(message.find(path), std::string::npos) << message;
     };
@@ -472,7 +458,8 @@ TEST(Microfacet, broken_table_files_say_what_is_wrong) {
     const std::string bytes = read_file(tables().folder() / tables().path(gauss));
     for (std::size_t length = 1; length < bytes.size(); length += bytes.size() / 97) {
         write_file(folder / "short.exr", bytes.substr(0, length));
-        EXPECT_NE(complaint([&] { read_table(folder / "short.exr"); }), "") << length;
+        EXPECT_NE(complaint<std::runtime_error>([&] { read_table(folder / "short.exr"); }), "")
+            << length;
     }
 }
 

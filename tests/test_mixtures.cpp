@@ -70,7 +70,7 @@ std::vector<const Model*> lobe_models() {
 
 } // namespace
 
-TEST(Mixtures, EqualTheSumOfTheirTerms) {
+TEST(Mixtures, equal_the_sum_of_their_terms) {
     Random random(5);
     const std::vector<const Model*> models = lobe_models();
     for (std::size_t first = 0; first < models.size(); ++first)
@@ -85,7 +85,7 @@ TEST(Mixtures, EqualTheSumOfTheirTerms) {
 }
 
 // Lobes of one model share its planes.
-TEST(Mixtures, RepeatOneModel) {
+TEST(Mixtures, repeat_one_model) {
     Random random(6);
     for (const Model* model : lobe_models())
         for (const bool isotropic : {true, false}) {
@@ -98,7 +98,7 @@ TEST(Mixtures, RepeatOneModel) {
 }
 
 // Every diffuse shape; one that goes with a lobe takes the first lobe's f0, not the second's.
-TEST(Mixtures, HaveEveryDiffuseShape) {
+TEST(Mixtures, have_every_diffuse_shape) {
     Random random(7);
     for (const Model& diffuse : catalogue()) {
         if (diffuse.kind == Kind::Lobe)
@@ -116,7 +116,7 @@ TEST(Mixtures, HaveEveryDiffuseShape) {
     }
 }
 
-TEST(Mixtures, StayFiniteWhereFloatsEnd) {
+TEST(Mixtures, stay_finite_where_floats_end) {
     std::vector<Pair> pairs = special_pairs();
     pairs.push_back({{1, 0, 0}, {0, 0, 1}});
     pairs.push_back({{0, 0, -1}, {0, 0, -1}});

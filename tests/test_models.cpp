@@ -3,6 +3,7 @@
 
 #include "host/embedded.hpp"
 #include "host/evaluate/evaluate.hpp"
+#include "tests/support/models.hpp"
 #include "tests/support/pairs.hpp"
 #include "tests/support/reference_models.hpp"
 #include "tests/support/support.hpp"
@@ -222,18 +223,6 @@ void compare_with_reference(const Expected& expected, const std::vector<Pair>& p
     }
 }
 
-std::vector<std::string> model_names(bool reciprocal_only = false, bool conserving_only = false) {
-    std::vector<std::string> names;
-    for (const Model& model : catalogue())
-        if ((model.reciprocal || !reciprocal_only) && (model.conserves_energy || !conserving_only))
-            names.push_back(model.name);
-    return names;
-}
-
-std::string test_name(const testing::TestParamInfo<std::string>& info) {
-    return model_named(info.param).identifier();
-}
-
 /// Directional albedo of the reference at wo, by the half vector: log-spaced tangents resolve every
 /// roughness.
 double albedo(const Expected& expected, double theta_o) {
@@ -279,13 +268,15 @@ class ConservingModel : public EveryModel {};
 
 } // namespace
 
-INSTANTIATE_TEST_SUITE_P(Catalogue, EveryModel, testing::ValuesIn(model_names()), test_name);
-INSTANTIATE_TEST_SUITE_P(Catalogue, ReciprocalModel, testing::ValuesIn(model_names(true)),
-                         test_name);
-INSTANTIATE_TEST_SUITE_P(Catalogue, ConservingModel, testing::ValuesIn(model_names(false, true)),
-                         test_name);
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryModel, testing::ValuesIn(all_model_names()), test_name);
+INSTANTIATE_TEST_SUITE_P(
+    Catalogue, ReciprocalModel,
+    testing::ValuesIn(model_names([](const Model& m) { return m.reciprocal; })), test_name);
+INSTANTIATE_TEST_SUITE_P(
+    Catalogue, ConservingModel,
+    testing::ValuesIn(model_names([](const Model& m) { return m.conserves_energy; })), test_name);
 
-TEST_P(EveryModel, EqualsItsEquationIsotropic) {
+TEST_P(EveryModel, equals_its_equation_isotropic) {
     const std::vector<Pair> pairs = chosen_pairs();
     const Directions directions = directions_of(pairs);
     const std::vector<Parameter> parameters = parameters_of(model, true);
@@ -293,7 +284,7 @@ TEST_P(EveryModel, EqualsItsEquationIsotropic) {
         compare_with_reference({model, true, parameters, theta}, pairs, directions);
 }
 
-TEST_P(EveryModel, EqualsItsEquationAnisotropic) {
+TEST_P(EveryModel, equals_its_equation_anisotropic) {
     const std::vector<Pair> pairs = chosen_pairs();
     const Directions directions = directions_of(pairs);
     const std::vector<Parameter> parameters = parameters_of(model, false);
@@ -301,7 +292,7 @@ TEST_P(EveryModel, EqualsItsEquationAnisotropic) {
         compare_with_reference({model, false, parameters, theta}, pairs, directions);
 }
 
-TEST_P(ReciprocalModel, IsReciprocal) {
+TEST_P(ReciprocalModel, is_reciprocal) {
     std::vector<Pair> pairs = chosen_pairs(), swapped;
     for (const Pair& pair : pairs)
         swapped.push_back({pair.wo, pair.wi});
@@ -318,7 +309,7 @@ TEST_P(ReciprocalModel, IsReciprocal) {
     }
 }
 
-TEST_P(EveryModel, IsFiniteAndNotNegative) {
+TEST_P(EveryModel, is_finite_and_not_negative) {
     Random random(3);
     std::vector<Pair> pairs = special_pairs();
     // Far beyond what any measurement has.
@@ -352,7 +343,7 @@ TEST_P(EveryModel, IsFiniteAndNotNegative) {
         }
 }
 
-TEST_P(EveryModel, IsZeroBelowTheHorizon) {
+TEST_P(EveryModel, is_zero_below_the_horizon) {
     Random random(4);
     std::vector<Pair> pairs = {{{0, 0, -1}, {0, 0, 1}},   {{0, 0, 1}, {0, 0, -1}},
                                {{0, 0, -1}, {0, 0, -1}},  {{1, 0, 0}, {0, 0, 1}},
@@ -377,7 +368,7 @@ TEST_P(EveryModel, IsZeroBelowTheHorizon) {
     }
 }
 
-TEST_P(EveryModel, IsotropicFormIsTheAnisotropicWithEqualRoughness) {
+TEST_P(EveryModel, isotropic_form_is_the_anisotropic_with_equal_roughness) {
     const std::vector<Pair> pairs = chosen_pairs();
     const Directions directions = directions_of(pairs);
     for (const Theta& theta : grid(parameters_of(model, true), {0.3, 0.7})) {
@@ -394,7 +385,7 @@ TEST_P(EveryModel, IsotropicFormIsTheAnisotropicWithEqualRoughness) {
     }
 }
 
-TEST_P(EveryModel, IsotropicFormKnowsNoAzimuth) {
+TEST_P(EveryModel, isotropic_form_knows_no_azimuth) {
     const std::vector<Pair> pairs = chosen_pairs();
     const Directions directions = directions_of(pairs);
     for (const Theta& theta : grid(parameters_of(model, true), {0.3, 0.7})) {
@@ -414,7 +405,7 @@ TEST_P(EveryModel, IsotropicFormKnowsNoAzimuth) {
     }
 }
 
-TEST_P(ConservingModel, ReflectsNoMoreThanItReceives) {
+TEST_P(ConservingModel, reflects_no_more_than_it_receives) {
     for (const bool isotropic : {true, false}) {
         std::vector<Parameter> parameters = parameters_of(model, isotropic);
         const bool fresnel = !parameters.empty() && parameters[0].name == "f0";
@@ -433,7 +424,7 @@ TEST_P(ConservingModel, ReflectsNoMoreThanItReceives) {
 }
 
 // Kurt, Szirmay-Kalos, Krivanek 2010: energy is conserved at alpha = 0, and only there.
-TEST(Kurt, ConservesEnergyAtAlphaZero) {
+TEST(Kurt, conserves_energy_at_alpha_zero) {
     const Model& kurt = model_named("kurt");
     const auto with = [&](double m, double alpha) {
         return Expected{kurt, true, kurt.isotropic, {1, m, alpha}};
@@ -443,7 +434,7 @@ TEST(Kurt, ConservesEnergyAtAlphaZero) {
     EXPECT_NEAR(albedo(with(0.3, 0.5), 89 * pi / 180), 2.1, 0.05);
 }
 
-TEST(KurtPlausible, ConservesEnergyForModerateRoughness) {
+TEST(KurtPlausible, conserves_energy_for_moderate_roughness) {
     const Model& model = model_named("kurt-plausible");
     const auto with = [&](double m) { return Expected{model, true, model.isotropic, {1, m}}; };
     for (const double m : {0.001, 0.03, 0.1, 0.3, 1.0, 1.8})
@@ -454,7 +445,7 @@ TEST(KurtPlausible, ConservesEnergyForModerateRoughness) {
 }
 
 // What brdfit demo fits must look like a material: no channel reflects more than it receives.
-TEST(DemoMaterials, ReflectNoMoreThanTheyReceive) {
+TEST(DemoMaterials, reflect_no_more_than_they_receive) {
     for (const EmbeddedFile* file = embedded_demo; file->name != nullptr; ++file) {
         const Material material = parse_material(file->text, file->name);
         for (std::size_t ch = 0; ch < material.channels.size(); ++ch)

@@ -18,8 +18,8 @@ namespace {
 
 using test::compressed;
 using test::device;
+using test::identifier_of;
 using test::programs;
-using test::test_name;
 using test::typical_material;
 
 /// The samples once more for the host, as an objective weights them.
@@ -147,7 +147,7 @@ struct Case {
 
     Structure structure() const { return structure_named(models, lobes, "", isotropic); }
     std::string name() const {
-        return fmt::format("{}_{}_{}_{}_channels", test_name(models), lobes,
+        return fmt::format("{}_{}_{}_{}_channels", identifier_of(models), lobes,
                            isotropic ? "isotropic" : "anisotropic", channels);
     }
 };
@@ -160,7 +160,7 @@ void PrintTo(const Case& one, std::ostream* out) {
 /// mixture.
 std::vector<Case> cases() {
     std::vector<Case> all;
-    std::vector<std::string> models = test::lobe_model_names();
+    std::vector<std::string> models = test::fitted_model_names();
     models.push_back("kurt+ashikhmin-shirley");
     for (const std::string& model : models)
         for (const int lobes : {1, 2})
@@ -349,7 +349,7 @@ TEST(PackSamples, uses_the_valid_samples_within_the_angle) {
     for (std::size_t k = 0; k < samples.count(); ++k) {
         samples.valid[k] = k % 3 == 0 ? 0 : 1;
         const double lowest = std::min(samples.directions->wi(k)[2], samples.directions->wo(k)[2]);
-        within += k % 3 != 0 && std::acos(lowest) <= 50 * std::acos(-1) / 180 ? 1 : 0;
+        within += k % 3 != 0 && std::acos(lowest) <= 50 * degree ? 1 : 0;
     }
     const DeviceSamples packed = pack_samples(device(), samples, 50, Metric::Ngan);
     EXPECT_EQ(packed.count, within);
@@ -364,7 +364,7 @@ TEST(PackSamples, invalid_samples_and_those_beyond_the_angle_change_nothing) {
     Samples broken = samples;
     for (std::size_t k = 0; k < broken.count(); ++k) {
         const bool beyond = std::min(broken.directions->wi(k)[2], broken.directions->wo(k)[2]) <
-                            std::cos(80 * std::acos(-1) / 180);
+                            std::cos(80 * degree);
         if (k % 5 == 0)
             broken.valid[k] = 0;
         if (k % 5 == 0 || beyond)

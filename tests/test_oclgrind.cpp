@@ -3,9 +3,10 @@
 
 #include "tests/support/support.hpp"
 
-#include <cstdlib>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <iterator>
+#include <sstream>
 
 namespace brdfit::test {
 namespace {
@@ -16,7 +17,7 @@ class Oclgrind : public testing::TestWithParam<const char*> {
 #ifdef __SANITIZE_ADDRESS__
         GTEST_SKIP() << "oclgrind and AddressSanitizer both want to be loaded first";
 #endif
-        if (std::system("command -v oclgrind > /dev/null 2>&1") != 0)
+        if (run_command({"sh", "-c", "command -v oclgrind"}).status != 0)
             GTEST_SKIP() << "oclgrind is not installed";
         write_file(folder_ / "material.json", R"({"brdfit": 1, "channels": ["a", "b"],
             "diffuse": {"model": "kurt-coupled", "kd": [0.2, 0.1]},
@@ -31,21 +32,31 @@ class Oclgrind : public testing::TestWithParam<const char*> {
 
     // Runs the program under oclgrind; the test fails on whatever that finds.
     void run(const std::string& arguments) {
-        const std::string log = folder_ / "oclgrind.log", output = folder_ / "output.txt";
-        const std::string command = fmt::format(
-            "cd '{}' && BRDFIT_FORM={} oclgrind --data-races --max-errors 5 --build-options "
-            "-cl-opt-disable --log "
-            "'{}' '{}' {} > '{}' 2>&1",
-            folder_.path().string(), GetParam(), log, BRDFIT_PROGRAM, arguments, output);
+        const std::string log = folder_ / "oclgrind.log";
         write_file(log, "");
-        EXPECT_EQ(std::system(command.c_str()), 0) << command << "\n" << read_file(output);
-        EXPECT_EQ(read_file(log), "") << command;
+        std::vector<std::string> command{"env",
+                                         "-C",
+                                         folder_.path(),
+                                         "oclgrind",
+                                         "--data-races",
+                                         "--max-errors",
+                                         "5",
+                                         "--build-options",
+                                         "-cl-opt-disable",
+                                         "--log",
+                                         log,
+                                         BRDFIT_PROGRAM};
+        std::istringstream words(arguments);
+        command.insert(command.end(), std::istream_iterator<std::string>(words), {});
+        const Outcome outcome = run_command(command, {fmt::format("BRDFIT_FORM={}", GetParam())});
+        EXPECT_EQ(outcome.status, 0) << arguments << "\n" << outcome.out << outcome.err;
+        EXPECT_EQ(read_file(log), "") << arguments;
     }
 
     TemporaryFolder folder_;
 };
 
-TEST_P(Oclgrind, FindsNothingInAnyPass) {
+TEST_P(Oclgrind, finds_nothing_in_any_pass) {
     run("synth material.json scattered.csv --directions 150 --noise 0.02");
     run("synth anisotropic.json anisotropic.csv --directions 100");
     // The search of a model with few shapes, then every kind of pass from given starts.
@@ -62,7 +73,7 @@ TEST_P(Oclgrind, FindsNothingInAnyPass) {
         "--start anisotropic.json --max-evaluations 2 -o out");
 }
 
-TEST_P(Oclgrind, FindsNothingInSampling) {
+TEST_P(Oclgrind, finds_nothing_in_sampling) {
     // One sequence a form: most of the time goes into the table of albedos, which is the same.
     const char* const sequence = std::string(GetParam()).substr(0, 2) == "16" ? "philox" : "sobol";
     run(fmt::format("sample material.json --wo 50,10 -n 99 --sequence {} -o s.csv", sequence));
@@ -74,7 +85,7 @@ TEST_P(Oclgrind, FindsNothingInSampling) {
 
 INSTANTIATE_TEST_SUITE_P(Forms, Oclgrind, testing::Values("16,1,256", "1,16,64"),
                          [](const auto& info) {
-                             return std::string(info.param).substr(0, 2) == "16" ? "Cpu" : "Gpu";
+                             return std::string(info.param).substr(0, 2) == "16" ? "cpu" : "gpu";
                          });
 
 } // namespace

@@ -17,11 +17,6 @@ namespace brdfit::test {
 
 namespace {
 
-const Generator& generator() {
-    static const Generator one(device());
-    return one;
-}
-
 Material material_of(const MicrofacetTable& table, double f0, std::vector<double> kd,
                      std::vector<double> ks) {
     Material material;

@@ -9,6 +9,7 @@
 #include "host/model/structure.hpp"
 #include "tests/support/chi_square.hpp"
 #include "tests/support/hemisphere.hpp"
+#include "tests/support/models.hpp"
 #include "tests/support/reference_models.hpp"
 #include "tests/support/support.hpp"
 
@@ -39,15 +40,6 @@ Lobe lobe_of(const Model& model, bool isotropic, double along, double across) {
         lobe.theta.push_back(static_cast<float>(std::clamp(value, p.lower, p.upper)));
     }
     return lobe;
-}
-
-Material material_of(const std::vector<Lobe>& lobes, double kd) {
-    Material material;
-    material.channels = {"Y"};
-    material.diffuse = &model_named("lambert");
-    material.kd = {kd};
-    material.lobes = lobes;
-    return material;
 }
 
 struct Moments {
@@ -84,16 +76,8 @@ double cosine_moment(const Material& material, const Vector& wo, int power,
         .integral();
 }
 
-std::vector<std::string> lobe_names(bool conserving_only = false) {
-    std::vector<std::string> names;
-    for (const Model& model : catalogue())
-        if (model.kind == Kind::Lobe && (model.conserves_energy || !conserving_only))
-            names.push_back(model.name);
-    return names;
-}
-
-std::string test_name(const testing::TestParamInfo<std::string>& info) {
-    return model_named(info.param).identifier();
+std::vector<std::string> conserving_lobe_names() {
+    return model_names([](const Model& m) { return m.kind == Kind::Lobe && m.conserves_energy; });
 }
 
 class EverySampler : public testing::TestWithParam<std::string> {
@@ -104,30 +88,30 @@ class ConservingSampler : public EverySampler {};
 
 } // namespace
 
-INSTANTIATE_TEST_SUITE_P(Catalogue, EverySampler, testing::ValuesIn(lobe_names()), test_name);
-INSTANTIATE_TEST_SUITE_P(Catalogue, ConservingSampler, testing::ValuesIn(lobe_names(true)),
+INSTANTIATE_TEST_SUITE_P(Catalogue, EverySampler, testing::ValuesIn(lobe_model_names()), test_name);
+INSTANTIATE_TEST_SUITE_P(Catalogue, ConservingSampler, testing::ValuesIn(conserving_lobe_names()),
                          test_name);
 
-TEST_P(EverySampler, FollowsItsDensity) {
+TEST_P(EverySampler, follows_its_density) {
     for (const double roughness : {0.7, 0.1, 0.005})
         expect_samples_follow_density(material_of({lobe_of(model, true, roughness, roughness)}, 0),
                                       200000);
 }
 
-TEST_P(EverySampler, FollowsItsDensityAnisotropic) {
+TEST_P(EverySampler, follows_its_density_anisotropic) {
     expect_samples_follow_density(material_of({lobe_of(model, false, 0.5, 0.01)}, 0), 200000);
     expect_samples_follow_density(material_of({lobe_of(model, false, 0.1, 0.4)}, 0), 200000);
 }
 
-TEST_P(EverySampler, FollowsItsDensityInMixtures) {
-    const std::vector<std::string> names = lobe_names();
+TEST_P(EverySampler, follows_its_density_in_mixtures) {
+    const std::vector<std::string> names = lobe_model_names();
     const auto place = std::find(names.begin(), names.end(), model.name) - names.begin();
     const Model& next = model_named(names[static_cast<std::size_t>(place + 1) % names.size()]);
     expect_samples_follow_density(
         material_of({lobe_of(model, true, 0.1, 0.1), lobe_of(next, false, 0.3, 0.6)}, 0.3), 200000);
 }
 
-TEST_P(EverySampler, EstimatesTheAlbedo) {
+TEST_P(EverySampler, estimates_the_albedo) {
     for (const double roughness : {0.1, 0.5})
         for (const double kd : {0.0, 0.4})
             for (const double theta : {5.0, 60.0}) {
@@ -153,7 +137,7 @@ TEST_P(EverySampler, EstimatesTheAlbedo) {
             }
 }
 
-TEST_P(ConservingSampler, ReflectsNoMoreThanItReceives) {
+TEST_P(ConservingSampler, reflects_no_more_than_it_receives) {
     for (const double roughness : {0.002, 0.05, 0.3, 1.0, 2.0})
         for (const double ratio : {1.0, 0.2}) {
             Lobe lobe = lobe_of(model, false, roughness, roughness * ratio);
@@ -169,11 +153,11 @@ TEST_P(ConservingSampler, ReflectsNoMoreThanItReceives) {
         }
 }
 
-TEST(Sampler, FollowsItsDensityWithoutLobes) {
+TEST(Sampler, follows_its_density_without_lobes) {
     expect_samples_follow_density(material_of({}, 0.5), 200000);
 }
 
-TEST(Sampler, WeighsEveryChannelAndCoupledDiffuseShapes) {
+TEST(Sampler, weighs_every_channel_and_coupled_diffuse_shapes) {
     for (const Model& diffuse : catalogue()) {
         if (diffuse.kind != Kind::DiffuseAndLobe)
             continue;
@@ -198,8 +182,8 @@ TEST(Sampler, WeighsEveryChannelAndCoupledDiffuseShapes) {
     }
 }
 
-TEST(Sampler, StaysFiniteWhereFloatsEnd) {
-    for (const std::string& name : lobe_names())
+TEST(Sampler, stays_finite_where_floats_end) {
+    for (const std::string& name : lobe_model_names())
         for (const double fraction : {0.0, 1.0}) {
             const Model& model = model_named(name);
             Lobe lobe{&model, false, {}, {3e38}};
@@ -220,16 +204,16 @@ TEST(Sampler, StaysFiniteWhereFloatsEnd) {
         }
 }
 
-TEST(Sampler, BlackMaterialsWeighNothing) {
+TEST(Sampler, black_materials_weigh_nothing) {
     const DirectionSamples samples =
         sample_material(device(), material_of({}, 0), direction(0.5, 0), 1000, 1, Sequence::Sobol);
     EXPECT_EQ(moments(samples).mean, 0);
     EXPECT_GT(samples.pdf[0], 0);
 }
 
-TEST(Sampler, SampleDependsOnSeedAndIndexAlone) {
+TEST(Sampler, sample_depends_on_seed_and_index_alone) {
     const Material material =
-        material_of({lobe_of(model_named(lobe_names()[0]), false, 0.2, 0.4)}, 0.2);
+        material_of({lobe_of(model_named(lobe_model_names()[0]), false, 0.2, 0.4)}, 0.2);
     const Vector wo = direction(0.7, 0.2);
     Device small = device(); // many short passes
     small.max_allocation = 1 << 16;
@@ -258,7 +242,7 @@ TEST(Sampler, SampleDependsOnSeedAndIndexAlone) {
     }
 }
 
-TEST(Sampler, RefusesWhatIsNoViewer) {
+TEST(Sampler, refuses_what_is_no_viewer) {
     const Sampler sampler(device(), material_of({}, 1));
     for (const Vector& wo : std::vector<Vector>{{0, 0, 0}, {0, 0, -1}, {1, 0, 0}, {0, 1, 1}})
         EXPECT_THROW(sampler.sample(wo, 10, 1, Sequence::Sobol), UsageError);
@@ -286,7 +270,7 @@ std::vector<cl_uint> random_words(const std::string& body, std::size_t items) {
 } // namespace
 
 // Salmon et al. 2011, the known answers of their Random123.
-TEST(Random, PhiloxGivesItsKnownAnswers) {
+TEST(Random, philox_gives_its_known_answers) {
     const auto philox = [](const std::vector<cl_uint>& counter, cl_uint key0, cl_uint key1) {
         std::string body;
         for (std::size_t k = 0; k < 4; ++k)
@@ -304,7 +288,7 @@ TEST(Random, PhiloxGivesItsKnownAnswers) {
 
 // The first two dimensions are a (0, 2)-sequence, each alone a (0, 1)-sequence, however scrambled:
 // 2^10 consecutive points have one point in each elementary interval.
-TEST(Random, SobolPointsFillElementaryIntervals) {
+TEST(Random, sobol_points_fill_elementary_intervals) {
     constexpr unsigned bits = 10;
     constexpr std::size_t points = std::size_t{1} << bits;
     for (const unsigned seed : {0u, 1u, 0xdeadbeefu}) {
@@ -359,7 +343,7 @@ std::vector<std::vector<double>> rows_of(const std::string& path, std::string& h
 
 } // namespace
 
-TEST(SampleCommand, WritesSamplesWhoseDensityPdfConfirms) {
+TEST(SampleCommand, writes_samples_whose_density_pdf_confirms) {
     const TemporaryFolder folder;
     const std::string material = folder / "m.json", samples = folder / "s.csv",
                       directions = folder / "d.csv", pdf = folder / "p.csv";
@@ -392,7 +376,7 @@ TEST(SampleCommand, WritesSamplesWhoseDensityPdfConfirms) {
     }
 }
 
-TEST(SampleCommand, DoesNotDependOnThreads) {
+TEST(SampleCommand, does_not_depend_on_threads) {
     const TemporaryFolder folder;
     const std::string material = folder / "m.json";
     write_file(material, mixed_material);
@@ -407,7 +391,7 @@ TEST(SampleCommand, DoesNotDependOnThreads) {
     }
 }
 
-TEST(SampleCommand, RefusesBadCommandLines) {
+TEST(SampleCommand, refuses_bad_command_lines) {
     const TemporaryFolder folder;
     const std::string material = folder / "m.json", out = folder / "s.csv";
     write_file(material, mixed_material);

@@ -18,7 +18,7 @@ namespace {
 
 using test::error_of;
 using test::fit;
-using test::lobe_model_names;
+using test::fitted_model_names;
 using test::measured;
 using test::test_name;
 using test::typical_material;
@@ -65,8 +65,7 @@ void expect_no_start_beats_the_search(const Samples& samples, const std::string&
 
 class EveryLobe : public testing::TestWithParam<std::string> {};
 
-INSTANTIATE_TEST_SUITE_P(Search, EveryLobe, testing::ValuesIn(lobe_model_names()),
-                         [](const auto& info) { return test_name(info.param); });
+INSTANTIATE_TEST_SUITE_P(Search, EveryLobe, testing::ValuesIn(fitted_model_names()), test_name);
 
 TEST_P(EveryLobe, no_random_start_beats_the_search_on_synthesised_data) {
     for (const int lobes : {1, 2})

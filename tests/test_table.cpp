@@ -18,13 +18,9 @@
 namespace brdfit {
 namespace {
 
+using test::device;
 using test::run_program;
 using test::TemporaryFolder;
-
-const Device& device() {
-    static const Device opened = open_device();
-    return opened;
-}
 
 /// A preset of another size and tolerance.
 TableSpec preset(const std::string& name, std::size_t size, double tolerance) {
@@ -53,7 +49,7 @@ void expect_entries(const Table& table, std::size_t channel, double tolerance, E
 
 // All 32 x 32 entries of the true size: x roughness, y mu, corners at least 1e-4, alpha =
 // roughness^2.
-TEST(CyclesTable, AgreesWithQuadrature) {
+TEST(CyclesTable, agrees_with_quadrature) {
     const Table table = compute_table(device(), preset("cycles", 0, 2e-5));
     ASSERT_EQ(table.values[0].size(), 1024U);
     expect_entries(table, 0, 2e-5, [](double x, double y) {
@@ -63,7 +59,7 @@ TEST(CyclesTable, AgreesWithQuadrature) {
 }
 
 // Entries that Cycles ships.
-TEST(CyclesTable, HoldsThePublishedEntries) {
+TEST(CyclesTable, holds_the_published_entries) {
     const Table table = compute_table(device(), *find_preset("cycles"));
     const double second_row[] = {1.000000, 0.999451, 0.990086, 0.954714};
     for (std::size_t x = 0; x < 4; ++x)
@@ -80,7 +76,7 @@ TEST(CyclesTable, HoldsThePublishedEntries) {
 }
 
 // x: NoV = (x + 0.5) / w; y: coord = min(1, (h - y + 0.5) / h), alpha = coord^2.
-TEST(FilamentTable, AgreesWithQuadrature) {
+TEST(FilamentTable, agrees_with_quadrature) {
     constexpr std::size_t size = 24;
     const Table table = compute_table(device(), preset("filament", size, 1e-4));
     const Table single = compute_table(device(), preset("filament-single", size, 1e-4));
@@ -103,7 +99,7 @@ TEST(FilamentTable, AgreesWithQuadrature) {
 }
 
 // 1 - E of GGX whose G2 is G1(wi) G1(wo), cosine fastest, sqrt(alpha) along the other axis.
-TEST(OpenPbrTable, AgreesWithQuadrature) {
+TEST(OpenPbrTable, agrees_with_quadrature) {
     constexpr std::size_t size = 12;
     const Table table = compute_table(device(), preset("openpbr", size, 2e-5));
     expect_entries(table, 0, 2e-5, [](double x, double y) {
@@ -116,7 +112,7 @@ TEST(OpenPbrTable, AgreesWithQuadrature) {
 }
 
 // The published average is a Monte Carlo result: 0, 0, 7, 30, 85, 188, 353. Its noise is a percent.
-TEST(OpenPbrTable, ComesCloseToThePublishedAverage) {
+TEST(OpenPbrTable, comes_close_to_the_published_average) {
     const Table table = compute_table(device(), *find_preset("openpbr-average"));
     const double published[] = {0, 0, 7, 30, 85, 188, 353};
     for (std::size_t i = 0; i < 7; ++i)
@@ -124,7 +120,7 @@ TEST(OpenPbrTable, ComesCloseToThePublishedAverage) {
 }
 
 // Exact Fresnel term; the index falls below 1 in the lower half of the axis.
-TEST(OpenPbrTable, OfDielectricsAgreesWithQuadrature) {
+TEST(OpenPbrTable, of_dielectrics_agrees_with_quadrature) {
     TableSpec spec = preset("openpbr-dielectric", 6, 1e-4);
     set_model(spec, model_named("ggx"));
     const Table table = compute_table(device(), spec);
@@ -147,7 +143,7 @@ TEST(OpenPbrTable, OfDielectricsAgreesWithQuadrature) {
 }
 
 // A mirror's average is that of Fresnel's term, whose slope is infinite where reflection is total.
-TEST(OpenPbrTable, OfDielectricsAveragesTotalReflection) {
+TEST(OpenPbrTable, of_dielectrics_averages_total_reflection) {
     TableSpec spec = preset("openpbr-dielectric-average", 2, 1e-4);
     spec.axes[1].size = 4;
     const Table table = compute_table(device(), spec);
@@ -162,7 +158,7 @@ TEST(OpenPbrTable, OfDielectricsAveragesTotalReflection) {
     EXPECT_LT(table.error, 2.5e-4);
 }
 
-TEST(GltfTable, HoldsScaleAndBias) {
+TEST(GltfTable, holds_scale_and_bias) {
     constexpr std::size_t size = 8;
     for (const auto& [name, power] : {std::pair("gltf", 2.0), {"materialx", 1.0}}) {
         const Table table = compute_table(device(), preset(name, size, 1e-4));
@@ -178,7 +174,7 @@ TEST(GltfTable, HoldsScaleAndBias) {
     }
 }
 
-TEST(KullaContyTable, AverageIsThatOfItsAlbedo) {
+TEST(KullaContyTable, average_is_that_of_its_albedo) {
     const Table table = compute_table(device(), preset("kulla-conty-average", 5, 5e-5));
     for (std::size_t i = 0; i < 5; ++i)
         EXPECT_NEAR(table.values[0][i], test::average_over_cosine([&](double mu) {
@@ -187,7 +183,7 @@ TEST(KullaContyTable, AverageIsThatOfItsAlbedo) {
                     1e-4);
 }
 
-TEST(Table, TakesAnyModelAndItsParameters) {
+TEST(Table, takes_any_model_and_its_parameters) {
     for (const Model& model : catalogue()) {
         if (model.kind != Kind::Lobe)
             continue;
@@ -212,7 +208,7 @@ TEST(Table, TakesAnyModelAndItsParameters) {
     EXPECT_THROW(compute_table(device(), spec), InputError);
 }
 
-TEST(TableSpecification, IsAffineInF0) {
+TEST(TableSpecification, is_affine_in_f0) {
     const TableSpec spec = parse_table_spec(
         R"({"name": "t", "quantity": "albedo", "axes": [
              {"axis": "cos_theta", "size": 3, "nodes": "centres"},
@@ -231,7 +227,7 @@ TEST(TableSpecification, IsAffineInF0) {
     }
 }
 
-TEST(TableSpecification, RefusesWhatItDoesNotKnow) {
+TEST(TableSpecification, refuses_what_it_does_not_know) {
     const std::string axes =
         R"("axes": [{"axis": "cos_theta", "size": 4}, {"axis": "roughness", "size": 4}])";
     EXPECT_NO_THROW(parse_table_spec("{" + axes + "}", "spec"));
@@ -265,7 +261,7 @@ TEST(TableSpecification, RefusesWhatItDoesNotKnow) {
             << tolerance;
 }
 
-TEST(TableFile, HoldsTheEntriesAndWhereTheyComeFrom) {
+TEST(TableFile, holds_the_entries_and_where_they_come_from) {
     const TemporaryFolder folder;
     Table table = compute_table(device(), preset("filament", 4, 1e-3));
     write_table(table, folder / "t.exr");
@@ -315,7 +311,7 @@ TEST(TableFile, HoldsTheEntriesAndWhereTheyComeFrom) {
     EXPECT_EQ(line.rfind("0.125,1,", 0), 0U);
 }
 
-TEST(TableFile, OfOpenPbrIsAFragmentAndOfCyclesAnArray) {
+TEST(TableFile, of_open_pbr_is_a_fragment_and_of_cycles_an_array) {
     const TemporaryFolder folder;
     const Table openpbr = compute_table(device(), preset("openpbr", 4, 1e-3));
     write_table(openpbr, folder / "o.h");
@@ -341,7 +337,7 @@ TEST(TableFile, OfOpenPbrIsAFragmentAndOfCyclesAnArray) {
     EXPECT_THROW(write_table(openpbr, folder / "o.txt"), UsageError);
 }
 
-TEST(TableCommand, WritesTablesAndRefusesBadCommandLines) {
+TEST(TableCommand, writes_tables_and_refuses_bad_command_lines) {
     const TemporaryFolder folder;
     const std::string out = folder / "t.csv";
     const auto list = run_program({"table", "--list"});

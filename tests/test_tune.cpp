@@ -16,12 +16,6 @@ namespace {
 /// A tuning file of its own for every test.
 class Tune : public testing::Test {
   protected:
-    void SetUp() override { setenv("BRDFIT_TUNING", path_.c_str(), 1); }
-    void TearDown() override {
-        unsetenv("BRDFIT_KERNELS");
-        setenv("BRDFIT_TUNING", "", 1);
-    }
-
     nlohmann::json entry() const { return nlohmann::json::parse(read_file(path_))["tuning"][0]; }
     void change(const std::string& key, const nlohmann::json& value) const {
         nlohmann::json changed = entry();
@@ -31,6 +25,7 @@ class Tune : public testing::Test {
 
     TemporaryFolder folder_;
     const std::string path_ = folder_ / "new/folder/tuning.json";
+    const Variable tuning_{"BRDFIT_TUNING", path_.c_str()};
     const Device untuned_ = list_devices().at(0);
     // Unlike any shipped form, and possible everywhere.
     const Form other_{2, 1, 512, 3};
@@ -64,9 +59,8 @@ TEST_F(Tune, a_kept_form_is_used_until_something_changes) {
         change(key, before);
         EXPECT_EQ(open_device("0").form, other_) << key;
     }
-    setenv("BRDFIT_FORM", "8,1,1024", 1);
+    const Variable form("BRDFIT_FORM", "8,1,1024");
     EXPECT_EQ(open_device("0").form.vector_width, 8);
-    unsetenv("BRDFIT_FORM");
 }
 
 TEST_F(Tune, forms_that_cannot_run_and_broken_files_are_ignored) {
@@ -94,7 +88,7 @@ TEST_F(Tune, forms_that_cannot_run_and_broken_files_are_ignored) {
 
 TEST_F(Tune, an_unwritable_place_is_an_error) {
     write_file(folder_ / "file", "");
-    setenv("BRDFIT_TUNING", (folder_ / "file/tuning.json").c_str(), 1);
+    const Variable tuning("BRDFIT_TUNING", (folder_ / "file/tuning.json").c_str());
     EXPECT_THROW(store_tuned_form(untuned_, other_), std::runtime_error);
     const Outcome outcome = run_program({"tune", "--samples", "1000", "--forms", "1"});
     EXPECT_EQ(outcome.status, 1);
@@ -102,20 +96,19 @@ TEST_F(Tune, an_unwritable_place_is_an_error) {
 }
 
 TEST(TuningPath, is_where_configuration_belongs) {
-    setenv("BRDFIT_TUNING", "/a/b.json", 1);
-    EXPECT_EQ(tuning_path(), "/a/b.json");
-    unsetenv("BRDFIT_TUNING");
-    const char* const home = std::getenv("HOME");
-    const std::string old_home = home == nullptr ? "" : home;
-    setenv("HOME", "/home/someone", 1);
-    unsetenv("XDG_CONFIG_HOME");
+    {
+        const Variable tuning("BRDFIT_TUNING", "/a/b.json");
+        EXPECT_EQ(tuning_path(), "/a/b.json");
+    }
+    const Variable tuning("BRDFIT_TUNING", nullptr), home("HOME", "/home/someone"),
+        none("XDG_CONFIG_HOME", nullptr);
     EXPECT_EQ(tuning_path(), "/home/someone/.config/brdfit/tuning.json");
-    setenv("XDG_CONFIG_HOME", "/config", 1);
-    EXPECT_EQ(tuning_path(), "/config/brdfit/tuning.json");
-    unsetenv("XDG_CONFIG_HOME");
-    setenv("HOME", old_home.c_str(), 1);
-    setenv("BRDFIT_TUNING", "", 1);
-    EXPECT_EQ(tuning_path(), "");
+    {
+        const Variable config("XDG_CONFIG_HOME", "/config");
+        EXPECT_EQ(tuning_path(), "/config/brdfit/tuning.json");
+        const Variable untuned("BRDFIT_TUNING", "");
+        EXPECT_EQ(tuning_path(), "");
+    }
 }
 
 } // namespace brdfit::test

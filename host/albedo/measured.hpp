@@ -13,9 +13,9 @@ bool on_grid(const Samples& samples);
 /// hemisphere was measured is stated beside it.
 ///
 /// MERL's grid: for each viewer, the bins of theta_h one by one, points spread over each bin's half
-/// vectors (scrambled Sobol), looked up in the bins they fall into, until the spread of independent
-/// estimates is within the tolerance. Errors are those of the integration; the hemispherical albedo
-/// is a Gauss-Legendre sum over viewers.
+/// vectors (shifted Fibonacci lattices), looked up in the bins they fall into, until the spread of
+/// independent estimates is within the tolerance. Errors are those of the integration; the
+/// hemispherical albedo is a Gauss-Legendre sum over viewers.
 ///
 /// Scattered samples: one row for each light direction of the file (`grid` is not asked), the
 /// integral over its viewers, which for reciprocal materials is the albedo of that direction as a

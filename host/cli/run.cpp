@@ -4,6 +4,8 @@
 #include "host/version.hpp"
 
 #include <CL/opencl.hpp>
+#include <array>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -41,12 +43,40 @@ class Messages {
     std::shared_ptr<spdlog::logger> before_;
 };
 
+extern "C" void clean_up_and_die(int signal) {
+    remove_open_temporaries();
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+}
+
+// Until the command ends, a signal that ends the program first removes its temporary files.
+class Signals {
+  public:
+    Signals() {
+        for (std::size_t i = 0; i < before_.size(); ++i) {
+            before_[i] = std::signal(caught[i], clean_up_and_die);
+            if (before_[i] == SIG_IGN) // nohup
+                std::signal(caught[i], SIG_IGN);
+        }
+    }
+    ~Signals() {
+        for (std::size_t i = 0; i < before_.size(); ++i)
+            std::signal(caught[i], before_[i]);
+    }
+    Signals(const Signals&) = delete;
+    Signals& operator=(const Signals&) = delete;
+
+  private:
+    static constexpr std::array caught{SIGINT, SIGTERM, SIGHUP};
+    std::array<void (*)(int), caught.size()> before_{};
+};
+
 constexpr int bad_input = 1, wrong_usage = 2;
 
 } // namespace
 
 int run(int argc, char** argv) {
-    remove_temporaries_on_signals();
+    const Signals signals;
     const Messages messages;
 
     Globals globals;
@@ -68,9 +98,9 @@ int run(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : wrong_usage;
     }
-    spdlog::set_level(globals.quiet     ? spdlog::level::err
-                      : globals.verbose ? spdlog::level::debug
-                                        : spdlog::level::info);
+    spdlog::default_logger()->set_level(globals.quiet     ? spdlog::level::err
+                                        : globals.verbose ? spdlog::level::debug
+                                                          : spdlog::level::info);
     try {
         const int status = action();
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)

@@ -73,21 +73,26 @@ std::optional<Form> tuned_form(const Device& device) {
     if (path.empty())
         return std::nullopt;
     try {
-        for (const auto& entry : read_entries(path)) {
-            if (!is_of(entry, device) || entry.at("driver") != device.driver ||
-                entry.at("kernels") != kernel_hash())
+        const Json entries = read_entries(path);
+        for (std::size_t i = 0; i < entries.size(); ++i) {
+            const Json& entry = entries[i];
+            const Place at = Place{path, "tuning"}.element(i);
+            if (!is_of(entry, device) ||
+                required(entry, at, "driver", "a driver's version") != device.driver ||
+                required(entry, at, "kernels", "the kernels' hash") != kernel_hash())
                 continue;
-            const Form form{entry.at("vector_width"), entry.at("local_size"), entry.at("block"),
-                            entry.at("candidates")};
+            const auto number = [&](const char* key) {
+                return static_cast<int>(
+                    parse_number(required(entry, at, key, "a number"), at.member(key), 1, 1 << 20));
+            };
+            const Form form{number("vector_width"), number("local_size"), number("block"),
+                            number("candidates")};
             if (!is_possible(form, device))
-                throw InputError(
-                    fmt::format("{}: the form of {} is none it can run", path, device.name));
+                at.fail(fmt::format("the form of {} is none it can run", device.name));
             return form;
         }
     } catch (const InputError& error) {
         spdlog::warn("{}; ignored", error.what());
-    } catch (const nlohmann::json::exception& error) {
-        spdlog::warn("{}: {}; ignored", path, error.what());
     }
     return std::nullopt;
 }

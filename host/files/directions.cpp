@@ -39,7 +39,7 @@ Pair to_pair(const std::array<double, 6>& row, const Fail& fail) {
 }
 
 Directions read_npy_directions(const MappedFile& file) {
-    const npy::Table table = npy::read(file);
+    const npy::Array table = npy::read(file);
     if (table.columns != 6 || table.rows == 0)
         throw InputError(fmt::format("{}: {} rows of {} columns; expected at least one row of 6",
                                      file.path(), table.rows, table.columns));

@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
@@ -43,19 +42,12 @@ void release_slot(int slot) {
         slot_state[slot].store(0);
 }
 
-extern "C" void unlink_and_die(int signal) {
+} // namespace
+
+void remove_open_temporaries() {
     for (int i = 0; i < slots; ++i)
         if (slot_state[i].load() == 2)
             unlink(open_paths[i]);
-    std::signal(signal, SIG_DFL);
-    raise(signal);
-}
-
-} // namespace
-
-void remove_temporaries_on_signals() {
-    for (int signal : {SIGINT, SIGTERM, SIGHUP})
-        std::signal(signal, unlink_and_die);
 }
 
 MappedFile::MappedFile(const std::string& path) : path_(path) {

@@ -26,7 +26,7 @@ class MappedFile {
 };
 
 /// A file that appears under its name only when it is whole: bytes go to a temporary file beside
-/// it, commit() renames. Without commit(), and on SIGINT, SIGTERM or SIGHUP, nothing stays behind.
+/// it, commit() renames. Without commit() nothing stays behind.
 /// Devices and pipes (/dev/stdout) are written to directly.
 /// Throws InputError naming the path when it cannot be created, written or renamed.
 class OutputFile {
@@ -47,8 +47,9 @@ class OutputFile {
     int slot_ = -1;
 };
 
-/// Installs the signal handlers that remove temporary files before the program dies of the signal.
-void remove_temporaries_on_signals();
+/// Removes the temporary files of every OutputFile now open: for the signal handler of a program
+/// about to die, async-signal-safe.
+void remove_open_temporaries();
 
 /// Creates a folder and its parents. Throws InputError when it cannot be made or written to.
 void make_output_folder(const std::string& path);

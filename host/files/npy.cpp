@@ -110,7 +110,7 @@ class Header {
 
 } // namespace
 
-double Table::at(std::size_t row, std::size_t column) const {
+double Array::at(std::size_t row, std::size_t column) const {
     const std::size_t i = row * columns + column;
     if (float64) {
         double value;
@@ -126,7 +126,7 @@ bool recognise(std::string_view bytes) {
     return bytes.substr(0, magic.size()) == magic;
 }
 
-Table read(const MappedFile& file) {
+Array read(const MappedFile& file) {
     const std::string_view bytes = file.bytes();
     const auto fail = [&](const std::string& message) {
         throw InputError(fmt::format("{}: .npy header: {}", file.path(), message));
@@ -147,7 +147,7 @@ Table read(const MappedFile& file) {
         fail("the file ends inside it");
 
     const Header header(file.path(), bytes.substr(begin, length));
-    Table table;
+    Array table;
     table.float64 = *header.type == "<f8";
     if (!table.float64 && *header.type != "<f4")
         header.fail("expected the type '<f4' or '<f8' (little-endian float)");

@@ -11,7 +11,7 @@
 namespace brdfit::npy {
 
 /// A mapped array of rows and columns, row after row. Lives no longer than the file.
-struct Table {
+struct Array {
     std::size_t rows = 0, columns = 0;
     bool float64 = false;
     const char* data = nullptr; ///< not aligned
@@ -21,7 +21,7 @@ struct Table {
 
 bool recognise(std::string_view bytes);
 /// Throws InputError for anything but a whole little-endian float32 or float64 table in C order.
-Table read(const MappedFile& file);
+Array read(const MappedFile& file);
 /// The bytes ahead of an array in C order, the last dimension fastest. `type`: '<f4' and the like.
 std::string header(const std::vector<std::size_t>& shape, const std::string& type);
 /// The bytes ahead of a float32 table.

@@ -208,13 +208,13 @@ SamplingCells cells_of(const DistributionPart& part, const PartNodes& nodes, std
 
 Generator::Generator(const Device& device) : device_(device), program_(generator_program(device)) {}
 
-Generator::Nodes Generator::nodes_of_parts(const Distribution& distribution,
-                                           std::size_t fineness) const {
+Generator::DeviceNodes Generator::nodes_of_parts(const Distribution& distribution,
+                                                 std::size_t fineness) const {
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
     const cl::Buffer table = upload(device_, pack(bare_table(distribution), 0, false, false));
     std::vector<PartNodes> of_parts;
-    Nodes nodes;
+    DeviceNodes nodes;
     std::size_t count = 0;
     for (const DistributionPart& part : distribution.parts) {
         of_parts.push_back(nodes_of(part, fineness));
@@ -254,7 +254,7 @@ Generator::Nodes Generator::nodes_of_parts(const Distribution& distribution,
     return nodes;
 }
 
-std::vector<double> Generator::areas(const Nodes& nodes,
+std::vector<double> Generator::areas(const DeviceNodes& nodes,
                                      const std::vector<Vector>& directions) const {
     const auto block = static_cast<std::size_t>(device_.form.block);
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
@@ -287,7 +287,7 @@ double Generator::mass(const DistributionPart& part) const {
     Distribution one;
     one.parts.push_back(part);
     one.parts[0].amplitude = 1;
-    const Nodes nodes = nodes_of_parts(one, fine);
+    const DeviceNodes nodes = nodes_of_parts(one, fine);
     const std::vector<float> planes = download<float>(device_, nodes.planes, 4 * nodes.stride);
     double sum = 0;
     for (std::size_t i = 0; i < nodes.stride; ++i)
@@ -319,7 +319,7 @@ void Generator::reflect(MicrofacetTable& table, std::size_t fineness) const {
     inner.grid = inner_grid(table.distribution, fineness);
     const std::vector<double> inner_areas =
         areas(nodes_of_parts(table.distribution, middle * fineness), directions_of(inner.grid));
-    const Nodes nodes = nodes_of_parts(table.distribution, coarse * fineness);
+    const DeviceNodes nodes = nodes_of_parts(table.distribution, coarse * fineness);
     inner.g.assign(inner_areas.begin(), inner_areas.end());
     const cl::Buffer words = upload(device_, pack(refined(inner, 8), 0, false, false));
     const std::vector<Vector> directions = directions_of(table.grid);
@@ -359,7 +359,7 @@ void Generator::reflect(MicrofacetTable& table, std::size_t fineness) const {
     }
 }
 
-void Generator::tabulate_facets(MicrofacetTable& table, const Nodes& nodes) const {
+void Generator::tabulate_facets(MicrofacetTable& table, const DeviceNodes& nodes) const {
     const auto block = static_cast<std::size_t>(device_.form.block);
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
@@ -409,7 +409,7 @@ MicrofacetTable Generator::generate(const Distribution& specified, const Generat
     const Distribution distribution = weighted(specified);
     MicrofacetTable table;
     table.distribution = distribution;
-    const Nodes nodes = nodes_of_parts(distribution, fine * options.fineness);
+    const DeviceNodes nodes = nodes_of_parts(distribution, fine * options.fineness);
     const std::vector<float> planes = download<float>(device_, nodes.planes, 4 * nodes.stride);
     const float* const weight = planes.data() + 3 * nodes.stride;
     double whole = 0, above = 0, steep = 0;

@@ -37,15 +37,16 @@ class Generator {
 
   private:
     /// Nodes of all parts on the device: planes h.x, h.y, h.z, p dw.
-    struct Nodes {
+    struct DeviceNodes {
         cl::Buffer planes;
         std::size_t stride = 0;                        ///< padded to whole blocks
         std::vector<std::size_t> first, rows, columns; ///< of each part
     };
-    Nodes nodes_of_parts(const Distribution& distribution, std::size_t fineness) const;
-    std::vector<double> areas(const Nodes& nodes, const std::vector<Vector>& directions) const;
+    DeviceNodes nodes_of_parts(const Distribution& distribution, std::size_t fineness) const;
+    std::vector<double> areas(const DeviceNodes& nodes,
+                              const std::vector<Vector>& directions) const;
     void reflect(MicrofacetTable& table, std::size_t fineness) const;
-    void tabulate_facets(MicrofacetTable& table, const Nodes& nodes) const;
+    void tabulate_facets(MicrofacetTable& table, const DeviceNodes& nodes) const;
 
     Device device_;
     cl::Program program_;

@@ -1,5 +1,6 @@
 #include "tests/support/albedo_reference.hpp"
 
+#include "host/quadrature.hpp"
 #include "tests/support/reference_models.hpp"
 
 #include <algorithm>
@@ -11,23 +12,18 @@ namespace brdfit::test {
 
 namespace {
 
-// Gauss-Legendre of 8 points on [-1, 1], the positive half.
-constexpr std::array<double, 4> abscissae = {0.1834346424956498, 0.5255324099163290,
-                                             0.7966664774136267, 0.9602898564975363};
-constexpr std::array<double, 4> weights = {0.3626837833783620, 0.3137066458778873,
-                                           0.2223810344533745, 0.1012285362903763};
+const Quadrature rule = gauss_legendre(8);
 
 /// Calls body(x, weight) at the points of a rule on the panels between consecutive breaks.
 template <typename Body>
 void over_panels(std::vector<double> breaks, Body body) {
     std::sort(breaks.begin(), breaks.end());
     for (std::size_t i = 1; i < breaks.size(); ++i) {
-        const double half = (breaks[i] - breaks[i - 1]) / 2, middle = breaks[i - 1] + half;
-        if (half <= 0)
+        const double width = breaks[i] - breaks[i - 1];
+        if (width <= 0)
             continue;
-        for (std::size_t k = 0; k < abscissae.size(); ++k)
-            for (const double sign : {-1.0, 1.0})
-                body(middle + sign * half * abscissae[k], half * weights[k]);
+        for (std::size_t k = 0; k < rule.size(); ++k)
+            body(breaks[i - 1] + width * rule.x[k], width * rule.w[k]);
     }
 }
 

@@ -1,7 +1,10 @@
 #include "tests/support/cli.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <stdexcept>
+#include <thread>
 
 namespace brdfit::test {
 
@@ -59,6 +62,19 @@ Material Cli::written(const std::string& name) const {
 
 Names Cli::out_names() const {
     return names_in(folder.path() / "out");
+}
+
+Outcome interrupted(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                    const std::function<bool(const std::string& name)>& seen) {
+    return run_program(arguments, {}, [&](pid_t child) {
+        const auto any = [&] {
+            const Names names = names_in(folder);
+            return std::any_of(names.begin(), names.end(), seen);
+        };
+        for (int i = 0; i < 30000 && !any(); ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        kill(child, SIGINT);
+    });
 }
 
 void expect_usage_error(const Outcome& outcome, const std::string& says) {

@@ -3,6 +3,7 @@
 #include "host/model/material.hpp"
 #include "tests/support/support.hpp"
 
+#include <functional>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -29,6 +30,11 @@ class Cli : public testing::Test {
 
     TemporaryFolder folder;
 };
+
+/// Runs the program and interrupts it as soon as a file stands in the folder for whose name `seen`
+/// holds.
+Outcome interrupted(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                    const std::function<bool(const std::string& name)>& seen);
 
 void expect_usage_error(const Outcome& outcome, const std::string& says);
 void expect_input_error(const Outcome& outcome, const std::string& says);

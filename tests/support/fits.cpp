@@ -15,27 +15,6 @@ ProgramCache& programs() {
     return cache;
 }
 
-std::vector<std::string> all_model_names() {
-    std::vector<std::string> names;
-    for (const Model& model : catalogue())
-        names.push_back(model.name);
-    return names;
-}
-
-std::vector<std::string> lobe_model_names() {
-    std::vector<std::string> names;
-    for (const Model& model : catalogue())
-        if (model.kind != Kind::Diffuse)
-            names.push_back(model.name);
-    return names;
-}
-
-std::string test_name(std::string model) {
-    std::replace_if(
-        model.begin(), model.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
-    return model;
-}
-
 bool has_anisotropic_form(const Structure& structure) {
     return std::any_of(structure.lobes.begin(), structure.lobes.end(), [](const Model* model) {
         return model->isotropic.size() != model->anisotropic.size();
@@ -101,7 +80,7 @@ double compressed(Metric metric, double x) {
 }
 
 MetricErrors reference_errors(const Material& material, const Samples& samples, double max_theta) {
-    const double lowest = std::cos(max_theta * std::acos(-1) / 180);
+    const double lowest = std::cos(max_theta * degree);
     MetricErrors sums{};
     double weights = 0, count = 0;
     for (std::size_t k = 0; k < samples.count(); ++k) {

@@ -3,6 +3,7 @@
 #include "fit/fit.hpp"
 #include "fit/programs.hpp"
 #include "host/evaluate/synthesise.hpp"
+#include "tests/support/models.hpp"
 #include "tests/support/support.hpp"
 
 #include <string>
@@ -14,12 +15,6 @@
 namespace brdfit::test {
 
 ProgramCache& programs();
-
-/// Names of models to fit: lobes and coupled models, or all of them with the diffuse shapes.
-std::vector<std::string> lobe_model_names();
-std::vector<std::string> all_model_names();
-/// A model's name as a part of a test's.
-std::string test_name(std::string model);
 
 /// Whether a structure's anisotropic form differs from its isotropic one.
 bool has_anisotropic_form(const Structure& structure);

@@ -1,7 +1,8 @@
 #include "tests/support/hemisphere.hpp"
 
+#include "host/quadrature.hpp"
+
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace brdfit::test {
@@ -9,11 +10,7 @@ namespace brdfit::test {
 namespace {
 
 constexpr std::size_t rows = 24, columns = 48, deepest = 18;
-// Gauss-Legendre on [0, 1].
-constexpr std::array<double, 4> abscissae = {0.06943184420297371, 0.33000947820757187,
-                                             0.66999052179242813, 0.93056815579702629};
-constexpr std::array<double, 4> weights = {0.17392742256872693, 0.32607257743127307,
-                                           0.32607257743127307, 0.17392742256872693};
+const Quadrature rule = gauss_legendre(4);
 
 } // namespace
 
@@ -61,18 +58,18 @@ Hemisphere::Hemisphere(const OnHemisphere& function, double tolerance,
 void Hemisphere::evaluate(const OnHemisphere& function, std::size_t begin) {
     std::vector<Vector> points;
     for (std::size_t i = begin; i < nodes_.size(); ++i)
-        for (const double u : abscissae)
-            for (const double v : abscissae)
+        for (const double u : rule.x)
+            for (const double v : rule.x)
                 points.push_back(direction(nodes_[i].theta + u * nodes_[i].height,
                                            nodes_[i].phi + v * nodes_[i].width));
     const std::vector<double> values = function(points);
     std::size_t k = 0;
     for (std::size_t i = begin; i < nodes_.size(); ++i)
-        for (std::size_t u = 0; u < 4; ++u)
-            for (std::size_t v = 0; v < 4; ++v, ++k)
-                nodes_[i].integral += values[k] * weights[u] * weights[v] * nodes_[i].height *
+        for (std::size_t u = 0; u < rule.size(); ++u)
+            for (std::size_t v = 0; v < rule.size(); ++v, ++k)
+                nodes_[i].integral += values[k] * rule.w[u] * rule.w[v] * nodes_[i].height *
                                       nodes_[i].width *
-                                      std::sin(nodes_[i].theta + abscissae[u] * nodes_[i].height);
+                                      std::sin(nodes_[i].theta + rule.x[u] * nodes_[i].height);
 }
 
 std::size_t Hemisphere::leaf_of(const Vector& w) const {

@@ -1,5 +1,8 @@
 #include "tests/support/support.hpp"
 
+#include "host/embedded.hpp"
+#include "host/microfacet/generator.hpp"
+
 #include <cstdlib>
 #include <fcntl.h>
 #include <fstream>
@@ -38,14 +41,13 @@ std::string read_file(const std::string& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-Outcome run_program(const std::vector<std::string>& arguments,
+Outcome run_command(const std::vector<std::string>& command,
                     const std::vector<std::string>& environment,
                     const std::function<void(pid_t)>& meanwhile) {
     const TemporaryFolder folder;
     const std::string out = folder / "out", err = folder / "err";
-    std::string program = BRDFIT_PROGRAM;
-    std::vector<char*> argv{program.data()};
-    for (const std::string& argument : arguments)
+    std::vector<char*> argv;
+    for (const std::string& argument : command)
         argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
     // The first of several values of a variable counts.
@@ -63,15 +65,66 @@ Outcome run_program(const std::vector<std::string>& arguments,
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), flags, 0600);
     pid_t child = 0;
     const int error =
-        posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), variables.data());
+        posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), variables.data());
     posix_spawn_file_actions_destroy(&actions);
     if (error == 0 && meanwhile)
         meanwhile(child);
     int status = 0;
     if (error != 0 || waitpid(child, &status, 0) != child)
-        throw std::runtime_error("cannot run " + program);
+        throw std::runtime_error("cannot run " + command[0]);
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(out),
             read_file(err)};
+}
+
+Outcome run_program(const std::vector<std::string>& arguments,
+                    const std::vector<std::string>& environment,
+                    const std::function<void(pid_t)>& meanwhile) {
+    std::vector<std::string> command{BRDFIT_PROGRAM};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    return run_command(command, environment, meanwhile);
+}
+
+Variable::Variable(const std::string& name, const char* value) : name_(name) {
+    if (const char* const before = std::getenv(name.c_str()))
+        before_ = before;
+    if (value == nullptr)
+        unsetenv(name.c_str());
+    else
+        setenv(name.c_str(), value, 1);
+}
+
+Variable::~Variable() {
+    if (before_)
+        setenv(name_.c_str(), before_->c_str(), 1);
+    else
+        unsetenv(name_.c_str());
+}
+
+KernelFolder::KernelFolder(const std::string& file, const std::string& from,
+                           const std::string& to) {
+    bool changed = file.empty();
+    for (const EmbeddedFile* kernel = embedded_kernels; kernel->name != nullptr; ++kernel) {
+        std::string text = kernel->text;
+        if (kernel->name == file) {
+            const std::size_t place = text.find(from);
+            if (place == std::string::npos)
+                throw std::runtime_error(file + " has no " + from);
+            text.replace(place, from.size(), to);
+            changed = true;
+        }
+        const std::string path = folder_ / kernel->name;
+        std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+        write_file(path, text);
+    }
+    if (!changed)
+        throw std::runtime_error("there is no kernel file " + file);
+}
+
+std::string kernel_text(const std::string& file) {
+    for (const EmbeddedFile* kernel = embedded_kernels; kernel->name != nullptr; ++kernel)
+        if (kernel->name == file)
+            return kernel->text;
+    throw std::runtime_error("there is no kernel file " + file);
 }
 
 std::filesystem::path data_folder() {
@@ -82,6 +135,11 @@ std::filesystem::path data_folder() {
 const Device& device() {
     static const Device opened = open_device();
     return opened;
+}
+
+const Generator& generator() {
+    static const Generator one(device());
+    return one;
 }
 
 } // namespace brdfit::test

@@ -1,12 +1,18 @@
 #pragma once
 
 #include "host/device/device.hpp"
+#include "host/error.hpp"
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <sys/types.h>
 #include <vector>
+
+namespace brdfit {
+class Generator;
+}
 
 namespace brdfit::test {
 
@@ -29,20 +35,67 @@ class TemporaryFolder {
 void write_file(const std::string& path, const std::string& bytes);
 std::string read_file(const std::string& path);
 
-/// What a run of the program left.
+/// What a run of a program left.
 struct Outcome {
     int status; ///< exit status; 128 + signal when it was killed
     std::string out, err;
 };
 
-/// Runs brdfit with these arguments and waits for it. `environment`: variables as NAME=VALUE, added
-/// to this process's. `meanwhile` is called while it runs.
+/// Runs a program, by its path or its name, and waits for it. `environment`: variables as
+/// NAME=VALUE, added to this process's. `meanwhile` is called while it runs.
+Outcome run_command(const std::vector<std::string>& command,
+                    const std::vector<std::string>& environment = {},
+                    const std::function<void(pid_t)>& meanwhile = {});
+/// Runs brdfit with these arguments.
 Outcome run_program(const std::vector<std::string>& arguments,
                     const std::vector<std::string>& environment = {},
                     const std::function<void(pid_t)>& meanwhile = {});
 
+/// An environment variable of this process that has another value as long as the object lives;
+/// nullptr: none.
+class Variable {
+  public:
+    Variable(const std::string& name, const char* value);
+    ~Variable();
+    Variable(const Variable&) = delete;
+    Variable& operator=(const Variable&) = delete;
+
+  private:
+    std::string name_;
+    std::optional<std::string> before_;
+};
+
+/// The message of the Error that an action throws; empty where it throws none. Any other exception
+/// passes.
+template <typename Error = InputError, typename Action>
+std::string complaint(const Action& action) {
+    try {
+        action();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "";
+}
+
 /// The default device, opened once.
 const Device& device();
+/// A generator of microfacet tables on it.
+const Generator& generator();
+
+/// A copy of the built-in kernels in a folder, with `to` in place of `from` in one file where that
+/// is given. Throws where the file has no `from`.
+class KernelFolder {
+  public:
+    explicit KernelFolder(const std::string& file = "", const std::string& from = "",
+                          const std::string& to = "");
+    std::string operator/(const std::string& name) const { return folder_ / name; }
+    const std::filesystem::path& path() const { return folder_.path(); }
+
+  private:
+    TemporaryFolder folder_;
+};
+/// The text of a built-in kernel file.
+std::string kernel_text(const std::string& file);
 
 /// A folder of measured data given by the environment variable BRDFIT_DATA; empty when unset.
 std::filesystem::path data_folder();
