@@ -134,7 +134,6 @@ TEST_F(Program, without_any_device_says_in_a_sentence_what_to_install) {
 /// A copy of the built-in kernels in a folder, with `replacement` in place of `text` in one file.
 void write_kernels(const TemporaryFolder& folder, const std::string& file = "",
                    const std::string& text = "", const std::string& replacement = "") {
-    std::filesystem::create_directory(folder.path() / "models");
     for (const EmbeddedFile* kernel = embedded_kernels; kernel->name != nullptr; ++kernel) {
         std::string source = kernel->text;
         if (kernel->name == file) {
@@ -142,7 +141,9 @@ void write_kernels(const TemporaryFolder& folder, const std::string& file = "",
             ASSERT_NE(at, std::string::npos) << file << " has no " << text;
             source.replace(at, text.size(), replacement);
         }
-        write_file(folder / kernel->name, source);
+        const std::filesystem::path path = folder / kernel->name;
+        std::filesystem::create_directories(path.parent_path());
+        write_file(path.string(), source);
     }
 }
 
@@ -157,7 +158,8 @@ TEST_F(Program, takes_kernels_from_the_folder_named_while_developing) {
 }
 
 TEST_F(Program, names_file_and_line_of_a_kernel_that_does_not_build) {
-    for (const std::string file : {"models/ward.cl", "geometry.cl", "fit.cl"}) {
+    for (const std::string file :
+         {"models/ward.cl", "base/geometry.cl", "passes/prepare.cl", "passes/sums.cl"}) {
         const TemporaryFolder kernels;
         std::string source;
         for (const EmbeddedFile* kernel = embedded_kernels; kernel->name != nullptr; ++kernel)
@@ -184,7 +186,7 @@ TEST_F(Program, a_fit_says_so_too_when_kernels_do_not_build) {
                   .status,
               0);
     const TemporaryFolder kernels;
-    write_kernels(kernels, "gram.cl", "__kernel", "no_such_word __kernel");
+    write_kernels(kernels, "passes/gram.cl", "__kernel", "no_such_word __kernel");
     const Outcome outcome = run_program(
         {"fit", folder / "data.csv", "-m", "ward", "--lobes", "2", "-o", folder / "out"},
         {"BRDFIT_KERNELS=" + kernels.path().string()});
