@@ -1,6 +1,7 @@
 #include "fit/objective.hpp"
 
 #include "host/device/buffer.hpp"
+#include "kernels/passes/sums.h"
 
 #include <algorithm>
 #include <chrono>
@@ -18,8 +19,6 @@ constexpr std::size_t most_fused_sums = 40;
 // Where the reference explains this much less than the solution, the sums cancel: ask once more.
 constexpr double stale_reference = 30;
 constexpr int most_references = 4;
-// LOSS_CHUNK of kernels/passes/sums.cl.
-constexpr int largest_loss_chunk = 4;
 // Passes that solve kd and ks of a loss that is not quadratic, the first ones from nothing with
 // secant curvatures and no coefficient below a share of the largest. They end when a step would
 // gain less than loss_gain of the loss; channels where it would gain less than channel_gain rest.
@@ -28,8 +27,10 @@ constexpr double lifted_share = 0.01, loss_gain = 1e-8, channel_gain = 1e-10;
 // Damping of Newton's step, as a share of the diagonal, after a first step that failed.
 constexpr double first_damping = 0.1, least_damping = 0.01;
 
+static_assert(METRIC_SUMS == metric_count);
+
 std::size_t triangle(int n) {
-    return static_cast<std::size_t>(n) * (static_cast<std::size_t>(n) + 1) / 2;
+    return static_cast<std::size_t>(TRIANGLE(n));
 }
 
 } // namespace
@@ -170,9 +171,10 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
     const int basis = layout().basis;
     const int chunk = samples_.chunk;
     const std::vector<DerivativeEntry>& entries = layout().entries;
-    const std::size_t basis_sums = triangle(basis) + static_cast<std::size_t>(chunk * basis) + 1;
-    const std::size_t gradient_sums =
-        basis_sums + entries.size() * static_cast<std::size_t>(basis + chunk);
+    const auto basis_sums = static_cast<std::size_t>(BASIS_SUMS(basis, chunk));
+    const auto entry_sums = static_cast<std::size_t>(ENTRY_SUMS(basis, chunk));
+    const auto gradient_sums =
+        static_cast<std::size_t>(GRADIENT_SUMS(basis, chunk, static_cast<int>(entries.size())));
     const bool fused =
         gradient != nullptr && samples_.chunks == 1 && gradient_sums <= most_fused_sums;
     const char* const pass = fused ? "gradient_sums" : "basis_sums";
@@ -208,8 +210,7 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
         if (fused) {
             const Coefficients change = coefficients_ - reference_;
             for (std::size_t e = 0; e < entries.size(); ++e) {
-                const auto first = static_cast<Eigen::Index>(
-                    basis_sums + e * static_cast<std::size_t>(basis + chunk));
+                const auto first = static_cast<Eigen::Index>(basis_sums + e * entry_sums);
                 double sum = 0; // over channels of a W d_e r
                 for (int ch = 0; ch < samples_.channels; ++ch) {
                     double residual = reduced.sums(first + basis + ch, 0);
@@ -220,8 +221,8 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
                 (*gradient)[static_cast<std::size_t>(entries[e].parameter)] -= 2 * sum;
             }
         } else if (!entries.empty()) {
-            const Reduced pulled =
-                run("residual_gradient", theta, coefficients_, 1 + entries.size(), 1, false);
+            const Reduced pulled = run("residual_gradient", theta, coefficients_,
+                                       RESIDUAL_SUMS(entries.size()), 1, false);
             error = pulled.sums(0, 0);
             for (std::size_t e = 0; e < entries.size(); ++e)
                 (*gradient)[static_cast<std::size_t>(entries[e].parameter)] +=
@@ -257,12 +258,13 @@ Objective::LossSums Objective::loss_sums(Metric metric, const std::vector<double
                                          const Coefficients& a, bool secant) {
     const int basis = layout().basis;
     const std::vector<DerivativeEntry>& entries = layout().entries;
-    const int chunk = std::min(samples_.chunk, largest_loss_chunk);
+    const int chunk = std::min(samples_.chunk, LARGEST_LOSS_CHUNK);
     compress(metric);
-    const std::size_t channel_sums = 1 + static_cast<std::size_t>(basis) + triangle(basis);
-    const Reduced reduced = run(metric == Metric::Log ? "log_loss" : "cbrt_loss", theta, a,
-                                entries.size() + static_cast<std::size_t>(chunk) * channel_sums,
-                                (samples_.channels + chunk - 1) / chunk, true, secant);
+    const auto channel_sums = static_cast<std::size_t>(CHANNEL_SUMS(basis));
+    const Reduced reduced = run(
+        metric == Metric::Log ? "log_loss" : "cbrt_loss", theta, a,
+        LOSS_SUMS(static_cast<std::size_t>(basis), static_cast<std::size_t>(chunk), entries.size()),
+        (samples_.channels + chunk - 1) / chunk, true, secant);
     LossSums result;
     result.by_theta.assign(theta.size(), 0);
     for (std::size_t e = 0; e < entries.size(); ++e)
@@ -369,7 +371,7 @@ double Objective::projected_loss(Metric metric, const std::vector<double>& theta
 }
 
 MetricErrors Objective::metric_errors(const std::vector<double>& theta, const Coefficients& a) {
-    const Reduced reduced = run("metric_sums", theta, a, metric_count, 1, true);
+    const Reduced reduced = run("metric_sums", theta, a, METRIC_SUMS, 1, true);
     MetricErrors errors;
     for (int i = 0; i < metric_count; ++i)
         errors[static_cast<std::size_t>(i)] = std::sqrt(reduced.sums(i, 0));
@@ -380,10 +382,10 @@ NormalSums Objective::normal_sums(const std::vector<double>& theta, const Coeffi
     const int basis = layout().basis;
     const int chunk = samples_.chunk;
     const int entries = static_cast<int>(layout().entries.size());
-    const auto basis_sums = static_cast<Eigen::Index>(triangle(basis)) + chunk * basis + 1;
-    const auto gradient_sums = basis_sums + entries * (basis + chunk);
+    const Eigen::Index basis_sums = BASIS_SUMS(basis, chunk);
+    const Eigen::Index gradient_sums = GRADIENT_SUMS(basis, chunk, entries);
     const Reduced reduced =
-        run("normal_sums", theta, a, static_cast<std::size_t>(gradient_sums) + triangle(entries),
+        run("normal_sums", theta, a, static_cast<std::size_t>(NORMAL_SUMS(basis, chunk, entries)),
             samples_.chunks, false);
     NormalSums normal;
     normal.basis.resize(basis, basis);
@@ -394,7 +396,7 @@ NormalSums Objective::normal_sums(const std::vector<double>& theta, const Coeffi
     normal.entry_residual.resize(entries, samples_.channels);
     normal.entry_entry.resize(entries, entries);
     for (int e = 0; e < entries; ++e) {
-        const auto first = basis_sums + e * (basis + chunk);
+        const auto first = basis_sums + e * ENTRY_SUMS(basis, chunk);
         for (int j = 0; j < basis; ++j)
             normal.entry_basis(e, j) = reduced.sums(first + j, 0);
         for (int ch = 0; ch < samples_.channels; ++ch)

@@ -2,6 +2,7 @@
 #include "fit/objective.hpp"
 
 #include "host/device/buffer.hpp"
+#include "kernels/passes/sums.h"
 
 namespace brdfit {
 
@@ -17,8 +18,8 @@ FixedSums Objective::fixed_sums() {
     for (const Parameter& p : layout().parameters)
         theta.push_back(p.name == "f0" ? 0 : p.start);
     const int basis = layout().basis, chunk = samples_.chunk;
-    const auto gram_sums = static_cast<Eigen::Index>(basis) * (basis + 1) / 2;
-    const Eigen::Index sums = gram_sums + chunk * basis + 1;
+    const Eigen::Index gram_sums = TRIANGLE(basis);
+    const Eigen::Index sums = BASIS_SUMS(basis, chunk);
     const Reduced reduced = run("basis_sums", theta, Coefficients::Zero(samples_.channels, basis),
                                 static_cast<std::size_t>(sums), samples_.chunks, false);
     FixedSums fixed{reduced.sums(0, 0), reduced.sums.row(sums - 1).sum(), {}};
@@ -35,8 +36,7 @@ std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<doubl
     const auto chunks = static_cast<std::size_t>(samples_.chunks);
     const std::size_t parameters = layout().parameters.size();
     const bool fresnel = !structure().lobes.empty() && structure().lobes.back()->fresnel();
-    const std::size_t sums =
-        fresnel ? 5 + 2 * chunk : 2 + chunk; // SHAPE_SUMS of kernels/passes/sums.cl
+    const std::size_t sums = SHAPE_SUMS(fresnel, chunk);
     const cl::Buffer diffuse_theta =
         upload(device_, std::vector<float>(std::max<std::size_t>(parameters, 1), 0.0F));
     cl::Kernel& k = kernel("shape_sums");
@@ -80,15 +80,16 @@ std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<doubl
                 return total(static_cast<Eigen::Index>(n * sums + sum),
                              static_cast<Eigen::Index>(of_chunk));
             };
-            ShapeSums s{at(0, 0), at(1, 0), 0, 0, 0, {}, {}};
+            ShapeSums s{at(SHAPE_SS, 0), at(SHAPE_SB, 0), 0, 0, 0, {}, {}};
             if (fresnel) {
-                s.st = at(2, 0);
-                s.tt = at(3, 0);
-                s.tb = at(4, 0);
+                s.st = at(SHAPE_ST, 0);
+                s.tt = at(SHAPE_TT, 0);
+                s.tb = at(SHAPE_TB, 0);
             }
+            const std::size_t first_sy = sums - chunk; // the last ones
             for (std::size_t ch = 0; ch < static_cast<std::size_t>(samples_.channels); ++ch) {
-                s.ty.push_back(fresnel ? at(5 + ch % chunk, ch / chunk) : 0);
-                s.sy.push_back(at((fresnel ? 5 + chunk : 2) + ch % chunk, ch / chunk));
+                s.ty.push_back(fresnel ? at(SHAPE_FIRST_Y + ch % chunk, ch / chunk) : 0);
+                s.sy.push_back(at(first_sy + ch % chunk, ch / chunk));
             }
             result.push_back(std::move(s));
         }

@@ -5,6 +5,7 @@
 // See bench/native/scalar_models.cmake for the generated list.
 
 #include "bench/native/lazy_log.hpp"
+#include "host/directions.hpp" // WI_X and what follows, pi
 
 #include <algorithm>
 #include <cfloat>
@@ -42,7 +43,7 @@ inline std::uint32_t mul_hi(std::uint32_t a, std::uint32_t b) {
 #define __global
 #define __constant
 #define PARAMETER_SPACE
-#define PI 3.14159265358979323846
+#define PI ::brdfit::pi
 #define float double // theta and whatever else is scalar on a device
 
 namespace scalar {
