@@ -17,7 +17,7 @@ std::string kernel_text(const std::string& path);
 /// Those of several files, one after the other.
 std::string kernel_texts(std::initializer_list<const char*> paths);
 /// The text of a file between the definitions of macros and their ends: one of the variants that
-/// it has, {{"LOSS", "log"}} say.
+/// it has, {{"NAME", "basis_sums"}} say.
 std::string kernel_variant(const std::string& path,
                            std::initializer_list<std::pair<const char*, const char*>> macros);
 /// Builds a program: the macros of the device's form (V, LS, BLOCK, CANDIDATES, RUN), then the

@@ -106,6 +106,17 @@ std::string sums_pass(const char* name, const char* with_gradient, const char* w
         {{"NAME", name}, {"WITH_GRADIENT", with_gradient}, {"WITH_NORMAL", with_normal}});
 }
 
+// One of the variants of passes/loss.cl. (`log` alone cannot be a macro's value: it may be a
+// macro.)
+std::string loss_passes(const std::string& name) {
+    const std::string compress = name + "_compress", loss = name + "_loss",
+                      phi = "compressed_" + name, curvature = "curvature_" + name;
+    return kernel_variant("passes/loss.cl", {{"COMPRESS", compress.c_str()},
+                                             {"LOSS", loss.c_str()},
+                                             {"PHI", phi.c_str()},
+                                             {"CURVATURE", curvature.c_str()}});
+}
+
 // The structure's models and the functions that run them.
 std::string model_text(const Structure& structure) {
     std::string text = fmt::format("#define ROUGHNESSES {}\n", structure.isotropic ? 1 : 2);
@@ -131,9 +142,7 @@ cl::Program build_program(const Device& device, const Structure& structure, int 
         text += kernel_texts({"passes/prepare.h", "passes/prepare.cl", "passes/sums.h"}) +
                 sums_pass("basis_sums", "0", "0") + sums_pass("gradient_sums", "1", "0") +
                 sums_pass("normal_sums", "1", "1") + kernel_text("passes/residual.cl") +
-                kernel_text("passes/compressions.cl") +
-                kernel_variant("passes/loss.cl", {{"LOSS", "log"}}) +
-                kernel_variant("passes/loss.cl", {{"LOSS", "cbrt"}}) +
+                kernel_text("passes/compressions.cl") + loss_passes("log") + loss_passes("cbrt") +
                 kernel_texts({"passes/metrics.cl", "passes/search.cl"});
     return build_kernels(device, text, structure.name());
 }

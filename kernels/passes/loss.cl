@@ -1,12 +1,13 @@
 // The passes of one loss that is not quadratic, the sum over ch of w (phi(iz f) - phi(iz y))^2, phi and its
-// curvature k of compressions.cl. The host splices this text once for LOSS log and once for LOSS cbrt
-// (host/model/program.cpp); the kernels are LOSS_compress and LOSS_loss.
-#define PHI JOIN(compressed_, LOSS)
-#define CURVATURE JOIN(curvature_, LOSS)
+// curvature k of compressions.cl. The host splices this text once for each variant
+// (host/model/program.cpp):
+//     COMPRESS        LOSS        PHI               CURVATURE
+//     log_compress    log_loss    compressed_log    curvature_log
+//     cbrt_compress   cbrt_loss   compressed_cbrt   curvature_cbrt
 
 // phi(iz y) of the channels; padding becomes 0.
-__kernel void JOIN(LOSS, _compress)(__global const real* values, __global const real* iz, uint stride,
-                                    __global real* compressed)
+__kernel void COMPRESS(__global const real* values, __global const real* iz, uint stride,
+                       __global real* compressed)
 {
     real unused;
     FOR_EACH_OF_RUN(i, stride)
@@ -22,10 +23,9 @@ __kernel void JOIN(LOSS, _compress)(__global const real* values, __global const 
 #define LOSS_CHUNK (CHUNK < LARGEST_LOSS_CHUNK ? CHUNK : LARGEST_LOSS_CHUNK)
 #define SUMS LOSS_SUMS(BASIS, LOSS_CHUNK, ENTRIES)
 __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void
-JOIN(LOSS, _loss)(__global const real* planes, __global const real* compressed,
-                  __global const real* solid_angle, __global const real* iz, uint stride,
-                  PARAMETER_SPACE const float* theta, __global const float* coefficients,
-                  __global float* out, int secant)
+LOSS(__global const real* planes, __global const real* compressed, __global const real* solid_angle,
+     __global const real* iz, uint stride, PARAMETER_SPACE const float* theta,
+     __global const float* coefficients, __global float* out, int secant)
 {
     __local float scratch[LS];
     const uint chunk = get_group_id(1);
@@ -79,5 +79,3 @@ JOIN(LOSS, _loss)(__global const real* planes, __global const real* compressed,
 }
 #undef SUMS
 #undef LOSS_CHUNK
-#undef CURVATURE
-#undef PHI
