@@ -6,6 +6,7 @@
 #include "host/device/buffer.hpp"
 #include "host/device/kernels.hpp"
 #include "host/evaluate/sample.hpp"
+#include "kernels/passes/peaks.h"
 
 #include <cmath>
 #include <memory>
@@ -275,14 +276,14 @@ Peaks measure_peaks(const Device& device, std::size_t most_bytes) {
         peaks.reading.push_back({bytes, bytes / seconds_of(read, groups)});
     }
 
-    constexpr int rounds = 512, chains = 8; // CHAINS of kernels/passes/peaks.cl
+    constexpr int rounds = 512;
     const std::size_t call_groups = 64 * std::max(1U, device.compute_units);
     const cl::Buffer out = make_buffer(device, call_groups * sizeof(float), CL_MEM_WRITE_ONLY);
     const auto calls_per_second = [&](const char* name) {
         cl::Kernel kernel(program, name);
         kernel.setArg(0, static_cast<cl_int>(rounds));
         kernel.setArg(1, out);
-        return static_cast<double>(call_groups * local * width * rounds * chains) /
+        return static_cast<double>(call_groups * local * width * rounds * CHAINS) /
                seconds_of(kernel, call_groups);
     };
     peaks.exp_per_second = calls_per_second("exp_calls");

@@ -1,6 +1,7 @@
 #include "fit/objective.hpp"
 
 #include "host/device/buffer.hpp"
+#include "kernels/passes/sums.h"
 
 #include <algorithm>
 #include <chrono>
@@ -18,8 +19,6 @@ constexpr std::size_t most_fused_sums = 40;
 // Where the reference explains this much less than the solution, the sums cancel: ask once more.
 constexpr double stale_reference = 30;
 constexpr int most_references = 4;
-// LOSS_CHUNK of kernels/passes/sums.cl.
-constexpr int largest_loss_chunk = 4;
 // Passes that solve kd and ks of a loss that is not quadratic, the first ones from nothing with
 // secant curvatures and no coefficient below a share of the largest. They end when a step would
 // gain less than loss_gain of the loss; channels where it would gain less than channel_gain rest.
@@ -28,8 +27,10 @@ constexpr double lifted_share = 0.01, loss_gain = 1e-8, channel_gain = 1e-10;
 // Damping of Newton's step, as a share of the diagonal, after a first step that failed.
 constexpr double first_damping = 0.1, least_damping = 0.01;
 
+static_assert(METRIC_SUMS == metric_count);
+
 std::size_t triangle(int n) {
-    return static_cast<std::size_t>(n) * (static_cast<std::size_t>(n) + 1) / 2;
+    return static_cast<std::size_t>(TRIANGLE(n));
 }
 
 } // namespace
@@ -169,8 +170,7 @@ double Objective::solve(const Eigen::ArrayXXd& sums, Coefficients& a) const {
 // cancels; the sums are left in `reduced`. Returns the squared error.
 double Objective::solve_at(const std::vector<double>& theta, const char* pass, std::size_t count,
                            Reduced& reduced) {
-    const auto residual_row =
-        static_cast<Eigen::Index>(triangle(layout().basis)) + samples_.chunk * layout().basis;
+    const Eigen::Index residual_row = BASIS_SUMS(layout().basis, samples_.chunk) - 1;
     for (int passes = 1;; ++passes) {
         reduced = run(pass, theta, reference_, count, samples_.chunks, false);
         const double error = solve(reduced.sums, coefficients_);
@@ -193,11 +193,11 @@ double Objective::solve_at(const std::vector<double>& theta, const char* pass, s
 void Objective::add_gradient(const Reduced& fused, std::vector<double>& gradient) const {
     const int basis = layout().basis, chunk = samples_.chunk;
     const std::vector<DerivativeEntry>& entries = layout().entries;
-    const Eigen::Index basis_sums =
-        static_cast<Eigen::Index>(triangle(basis)) + static_cast<Eigen::Index>(chunk * basis) + 1;
+    const Eigen::Index basis_sums = BASIS_SUMS(basis, chunk);
+    const Eigen::Index entry_sums = ENTRY_SUMS(basis, chunk);
     const Coefficients change = coefficients_ - reference_;
     for (std::size_t e = 0; e < entries.size(); ++e) {
-        const Eigen::Index first = basis_sums + static_cast<Eigen::Index>(e) * (basis + chunk);
+        const Eigen::Index first = basis_sums + static_cast<Eigen::Index>(e) * entry_sums;
         double sum = 0; // over channels of a W d_e r
         for (int ch = 0; ch < samples_.channels; ++ch) {
             double residual = fused.sums(first + basis + ch, 0);
@@ -214,9 +214,9 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
     const int basis = layout().basis;
     const int chunk = samples_.chunk;
     const std::vector<DerivativeEntry>& entries = layout().entries;
-    const std::size_t basis_sums = triangle(basis) + static_cast<std::size_t>(chunk * basis) + 1;
-    const std::size_t gradient_sums =
-        basis_sums + entries.size() * static_cast<std::size_t>(basis + chunk);
+    const auto basis_sums = static_cast<std::size_t>(BASIS_SUMS(basis, chunk));
+    const auto gradient_sums =
+        static_cast<std::size_t>(GRADIENT_SUMS(basis, chunk, static_cast<int>(entries.size())));
     const bool fused =
         gradient != nullptr && samples_.chunks == 1 && gradient_sums <= most_fused_sums;
     if (gradient != nullptr)
@@ -233,7 +233,7 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
         add_gradient(reduced, *gradient);
     } else if (gradient != nullptr && !entries.empty()) {
         const Reduced pulled =
-            run("residual_gradient", theta, coefficients_, 1 + entries.size(), 1, false);
+            run("residual_gradient", theta, coefficients_, RESIDUAL_SUMS(entries.size()), 1, false);
         error = pulled.sums(0, 0);
         for (std::size_t e = 0; e < entries.size(); ++e)
             (*gradient)[static_cast<std::size_t>(entries[e].parameter)] +=
@@ -268,12 +268,13 @@ Objective::LossSums Objective::loss_sums(Metric metric, const std::vector<double
                                          const Coefficients& a, bool secant) {
     const int basis = layout().basis;
     const std::vector<DerivativeEntry>& entries = layout().entries;
-    const int chunk = std::min(samples_.chunk, largest_loss_chunk);
+    const int chunk = std::min(samples_.chunk, LARGEST_LOSS_CHUNK);
     compress(metric);
-    const std::size_t channel_sums = 1 + static_cast<std::size_t>(basis) + triangle(basis);
-    const Reduced reduced = run(metric == Metric::Log ? "log_loss" : "cbrt_loss", theta, a,
-                                entries.size() + static_cast<std::size_t>(chunk) * channel_sums,
-                                (samples_.channels + chunk - 1) / chunk, true, secant);
+    const auto channel_sums = static_cast<std::size_t>(CHANNEL_SUMS(basis));
+    const Reduced reduced = run(
+        metric == Metric::Log ? "log_loss" : "cbrt_loss", theta, a,
+        LOSS_SUMS(static_cast<std::size_t>(basis), static_cast<std::size_t>(chunk), entries.size()),
+        (samples_.channels + chunk - 1) / chunk, true, secant);
     LossSums result;
     result.by_theta.assign(theta.size(), 0);
     for (std::size_t e = 0; e < entries.size(); ++e)
@@ -387,7 +388,7 @@ double Objective::projected_loss(Metric metric, const std::vector<double>& theta
 }
 
 MetricErrors Objective::metric_errors(const std::vector<double>& theta, const Coefficients& a) {
-    const Reduced reduced = run("metric_sums", theta, a, metric_count, 1, true);
+    const Reduced reduced = run("metric_sums", theta, a, METRIC_SUMS, 1, true);
     MetricErrors errors;
     for (int i = 0; i < metric_count; ++i)
         errors[static_cast<std::size_t>(i)] = std::sqrt(reduced.sums(i, 0));
@@ -398,10 +399,10 @@ NormalSums Objective::normal_sums(const std::vector<double>& theta, const Coeffi
     const int basis = layout().basis;
     const int chunk = samples_.chunk;
     const int entries = static_cast<int>(layout().entries.size());
-    const auto basis_sums = static_cast<Eigen::Index>(triangle(basis)) + chunk * basis + 1;
-    const auto gradient_sums = basis_sums + entries * (basis + chunk);
+    const Eigen::Index basis_sums = BASIS_SUMS(basis, chunk);
+    const Eigen::Index gradient_sums = GRADIENT_SUMS(basis, chunk, entries);
     const Reduced reduced =
-        run("normal_sums", theta, a, static_cast<std::size_t>(gradient_sums) + triangle(entries),
+        run("normal_sums", theta, a, static_cast<std::size_t>(NORMAL_SUMS(basis, chunk, entries)),
             samples_.chunks, false);
     NormalSums normal;
     normal.basis.resize(basis, basis);
@@ -412,7 +413,7 @@ NormalSums Objective::normal_sums(const std::vector<double>& theta, const Coeffi
     normal.entry_residual.resize(entries, samples_.channels);
     normal.entry_entry.resize(entries, entries);
     for (int e = 0; e < entries; ++e) {
-        const auto first = basis_sums + e * (basis + chunk);
+        const auto first = basis_sums + e * ENTRY_SUMS(basis, chunk);
         for (int j = 0; j < basis; ++j)
             normal.entry_basis(e, j) = reduced.sums(first + j, 0);
         for (int ch = 0; ch < samples_.channels; ++ch)

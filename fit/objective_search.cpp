@@ -2,6 +2,7 @@
 #include "fit/objective.hpp"
 
 #include "host/device/buffer.hpp"
+#include "kernels/passes/sums.h"
 
 namespace brdfit {
 
@@ -9,11 +10,6 @@ namespace {
 
 bool is_fresnel(const Structure& structure) {
     return !structure.lobes.empty() && structure.lobes.back()->fresnel();
-}
-
-// SHAPE_SUMS of kernels/passes/search.cl.
-std::size_t shape_sum_count(bool fresnel, std::size_t chunk) {
-    return fresnel ? 5 + 2 * chunk : 2 + chunk;
 }
 
 } // namespace
@@ -30,8 +26,8 @@ FixedSums Objective::fixed_sums() {
     for (const Parameter& p : layout().parameters)
         theta.push_back(p.name == "f0" ? 0 : p.start);
     const int basis = layout().basis, chunk = samples_.chunk;
-    const auto gram_sums = static_cast<Eigen::Index>(basis) * (basis + 1) / 2;
-    const Eigen::Index sums = gram_sums + chunk * basis + 1;
+    const Eigen::Index gram_sums = TRIANGLE(basis);
+    const Eigen::Index sums = BASIS_SUMS(basis, chunk);
     const Reduced reduced = run("basis_sums", theta, Coefficients::Zero(samples_.channels, basis),
                                 static_cast<std::size_t>(sums), samples_.chunks, false);
     FixedSums fixed{reduced.sums(0, 0), reduced.sums.row(sums - 1).sum(), {}};
@@ -44,19 +40,21 @@ FixedSums Objective::fixed_sums() {
 ShapeSums Objective::shape_of(const Eigen::ArrayXXd& sums, std::size_t candidate) const {
     const auto chunk = static_cast<std::size_t>(samples_.chunk);
     const bool fresnel = is_fresnel(structure());
-    const std::size_t first = candidate * shape_sum_count(fresnel, chunk);
+    const std::size_t count = SHAPE_SUMS(fresnel, chunk);
     const auto at = [&](std::size_t sum, std::size_t of_chunk) {
-        return sums(static_cast<Eigen::Index>(first + sum), static_cast<Eigen::Index>(of_chunk));
+        return sums(static_cast<Eigen::Index>(candidate * count + sum),
+                    static_cast<Eigen::Index>(of_chunk));
     };
-    ShapeSums s{at(0, 0), at(1, 0), 0, 0, 0, {}, {}};
+    ShapeSums s{at(SHAPE_SS, 0), at(SHAPE_SB, 0), 0, 0, 0, {}, {}};
     if (fresnel) {
-        s.st = at(2, 0);
-        s.tt = at(3, 0);
-        s.tb = at(4, 0);
+        s.st = at(SHAPE_ST, 0);
+        s.tt = at(SHAPE_TT, 0);
+        s.tb = at(SHAPE_TB, 0);
     }
+    const std::size_t first_sy = count - chunk; // the last ones
     for (std::size_t ch = 0; ch < static_cast<std::size_t>(samples_.channels); ++ch) {
-        s.ty.push_back(fresnel ? at(5 + ch % chunk, ch / chunk) : 0);
-        s.sy.push_back(at((fresnel ? 5 + chunk : 2) + ch % chunk, ch / chunk));
+        s.ty.push_back(fresnel ? at(SHAPE_FIRST_Y + ch % chunk, ch / chunk) : 0);
+        s.sy.push_back(at(first_sy + ch % chunk, ch / chunk));
     }
     return s;
 }
@@ -68,7 +66,7 @@ std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<doubl
     const auto chunk = static_cast<std::size_t>(samples_.chunk);
     const auto chunks = static_cast<std::size_t>(samples_.chunks);
     const std::size_t parameters = layout().parameters.size();
-    const std::size_t sums = shape_sum_count(is_fresnel(structure()), chunk);
+    const std::size_t sums = SHAPE_SUMS(is_fresnel(structure()), chunk);
     const cl::Buffer diffuse_theta =
         upload(device_, std::vector<float>(std::max<std::size_t>(parameters, 1), 0.0F));
     cl::Kernel& k = kernel("shape_sums");

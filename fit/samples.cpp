@@ -2,6 +2,7 @@
 
 #include "host/device/buffer.hpp"
 #include "host/error.hpp"
+#include "kernels/passes/prepare.h"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -43,19 +44,19 @@ void upload_used(const Device& device, const Samples& samples, Metric metric,
     packed.index = upload(device, index);
     std::vector<float> values(packed.stride *
                               static_cast<std::size_t>(packed.chunk * packed.chunks));
-    // As VALUE_AT of kernels/passes/sums.cl: on a CPU, vectors of a chunk's channels one after the
-    // other.
+    // Vectors in the order of VALUE_AT of kernels/passes/prepare.cl.
     const bool together = device.form.local_size == 1;
     const auto width = static_cast<std::size_t>(device.form.vector_width);
     const auto chunk = static_cast<std::size_t>(packed.chunk);
+    const std::size_t vectors = packed.stride / width; // a channel
     for (std::size_t ch = 0; ch < samples.channels.size(); ++ch) {
         const float* const from = samples.channel(ch);
-        float* const to =
-            values.data() + (together ? ch / chunk * chunk * packed.stride + ch % chunk * width
-                                      : ch * packed.stride);
-        const std::size_t step = together ? chunk * width : width;
-        for (std::size_t k = 0; k < used.size(); ++k)
-            to[k / width * step + k % width] = from[used[k]];
+        for (std::size_t k = 0; k < used.size(); ++k) {
+            const std::size_t i = k / width;
+            const std::size_t at =
+                together ? VALUE_IN_CHUNK(vectors, i, ch, chunk) : VALUE_IN_PLANE(vectors, i, ch);
+            values[at * width + k % width] = from[used[k]];
+        }
     }
     packed.values = upload(device, values);
     std::vector<float> solid_angle(packed.stride), iz(packed.stride);

@@ -2,6 +2,7 @@
 
 #include "host/device/buffer.hpp"
 #include "host/parallel.hpp"
+#include "kernels/passes/gram.h"
 
 #include <algorithm>
 #include <array>
@@ -19,7 +20,7 @@ constexpr int points_about_one = 13, paired_points_about_one = 7;
 // Combinations that get one more lobe, and that have their f0 refined.
 constexpr std::size_t beam = 24;
 constexpr std::size_t refined = 96;
-constexpr int tile = 4; // TILE of kernels/passes/gram.cl
+constexpr int tile = GRAM_TILE;
 
 // A lobe's shape: its rows at the lowest and the highest f0 (equal where f0 is not free).
 struct Shape {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "kernels/base/direction_planes.h"
+
 #include <array>
 #include <cstddef>
 #include <utility>
@@ -20,7 +22,20 @@ Vector direction(double theta, double phi);
 /// sharp lobes do not suffer from cancellation in wi + wo.
 class Directions {
   public:
-    enum Plane { WiX, WiY, WiZ, WoX, WoY, WoZ, HX, HY, HZ, C, plane_count };
+    /// In the kernels' order.
+    enum Plane {
+        WiX = WI_X,
+        WiY = WI_Y,
+        WiZ = WI_Z,
+        WoX = WO_X,
+        WoY = WO_Y,
+        WoZ = WO_Z,
+        HX = H_X,
+        HY = H_Y,
+        HZ = H_Z,
+        C = HALF_COSINE,
+        plane_count = DIRECTION_PLANES
+    };
 
     explicit Directions(std::size_t count = 0) : count_(count), data_(count * plane_count) {}
 

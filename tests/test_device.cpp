@@ -141,7 +141,8 @@ TEST_F(Program, takes_kernels_from_the_folder_named_while_developing) {
 }
 
 TEST_F(Program, names_file_and_line_of_a_kernel_that_does_not_build) {
-    for (const std::string file : {"models/ward.cl", "base/geometry.cl", "passes/sums.cl"}) {
+    for (const std::string file :
+         {"models/ward.cl", "base/geometry.cl", "passes/prepare.cl", "passes/sums.cl"}) {
         const std::string source = test::kernel_text(file);
         // An error on a line of its own after the first statement.
         const std::size_t at = source.find(";\n") + 2;

@@ -253,11 +253,12 @@ namespace {
 
 /// Words that kernels/base/random.cl makes: `body` sets x[0..3] for the item `i`.
 std::vector<cl_uint> random_words(const std::string& body, std::size_t items) {
-    std::string text =
-        "#define V 1\n#define LS 1\n" + kernel_source("common.cl") + kernel_source("random.cl") +
-        "__kernel void words(__global uint* out) {\n"
-        "    const uint i = get_global_id(0);\n    uint x[4] = {0u, 0u, 0u, 0u};\n" +
-        body + "    for (int k = 0; k < 4; ++k)\n        out[4 * i + k] = x[k];\n}\n";
+    std::string text = "#define V 1\n#define LS 1\n" + kernel_source("base/common.cl") +
+                       kernel_source("base/random.cl") +
+                       "__kernel void words(__global uint* out) {\n"
+                       "    const uint i = get_global_id(0);\n    uint x[4] = {0u, 0u, 0u, 0u};\n" +
+                       body +
+                       "    for (int k = 0; k < 4; ++k)\n        out[4 * i + k] = x[k];\n}\n";
     cl::Program program(device().context, text);
     program.build(device().handle, "-cl-std=CL1.2");
     cl::Kernel kernel(program, "words");

@@ -8,7 +8,7 @@ function(scalar_models OUTPUT)
   file(GLOB MODELS CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/kernels/models/*.cl)
   set(SHARED)
   foreach(NAME base/geometry terms/schlick terms/beckmann terms/half_vectors terms/cosine_power
-          terms/trowbridge_reitz base/random)
+          terms/trowbridge_reitz terms/erf base/random)
     string(APPEND SHARED "#include \"${PROJECT_SOURCE_DIR}/kernels/${NAME}.cl\"\n")
     if(NAME STREQUAL base/geometry) # where log_hz may be replaced
       string(APPEND SHARED "#undef log_hz\nLOG_HZ\n")

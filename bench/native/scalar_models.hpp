@@ -5,7 +5,7 @@
 // See bench/native/scalar_models.cmake for the generated list.
 
 #include "bench/native/lazy_log.hpp"
-#include "host/directions.hpp"
+#include "host/directions.hpp" // WI_X and what follows, pi
 
 #include <algorithm>
 #include <cfloat>
@@ -43,7 +43,7 @@ inline std::uint32_t mul_hi(std::uint32_t a, std::uint32_t b) {
 #define __global
 #define __constant
 #define PARAMETER_SPACE
-#define PI brdfit::pi
+#define PI ::brdfit::pi
 #define float double // theta and whatever else is scalar on a device
 
 namespace scalar {

@@ -57,7 +57,7 @@ Json report_json(const MicrofacetTable& table, double seconds) {
     for (const bool metal : {false, true})
         for (const double f0 : reported_f0)
             json["diffuse_constant"].push_back(
-                {{"f0", f0}, {"metal", metal}, {"c", diffuse_constant(table, f0, false, metal)}});
+                {{"f0", f0}, {"metal", metal}, {"c", diffuse_constant(table, {f0, false, metal})}});
     return json;
 }
 
@@ -90,10 +90,10 @@ void print_report(const MicrofacetTable& table, const std::string& out, double s
         }
     fmt::print("  diffuse constant c  ");
     for (const double f0 : reported_f0)
-        fmt::print(" {:.5f} (f0 {})", diffuse_constant(table, f0, false, false), f0);
+        fmt::print(" {:.5f} (f0 {})", diffuse_constant(table, {f0, false, false}), f0);
     fmt::print("\n    of a metal        ");
     for (const double f0 : reported_f0)
-        fmt::print(" {:.5f} (f0 {})", diffuse_constant(table, f0, false, true), f0);
+        fmt::print(" {:.5f} (f0 {})", diffuse_constant(table, {f0, false, true}), f0);
     fmt::print("\n");
 }
 

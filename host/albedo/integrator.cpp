@@ -1,6 +1,7 @@
 #include "host/albedo/integrator.hpp"
 
 #include "host/device/buffer.hpp"
+#include "kernels/passes/albedo.h"
 
 #include <algorithm>
 #include <array>
@@ -27,10 +28,7 @@ constexpr double steepest_fall = 2.83;
 constexpr cl_uint group_points = 1024;
 /// Tasks a launch: their parameters fit into any device's constant memory.
 constexpr std::size_t tasks_a_launch = 1024;
-/// As in kernels/passes/albedo.cl.
-enum Strategy : cl_uint { Own, Clipped, OwnShared, Horizon };
-constexpr cl_uint steps = 8;
-constexpr double near = 1e-12, nearer = 1e-18;
+constexpr auto near = static_cast<double>(NEAR), nearer = static_cast<double>(NEARER);
 /// A component that does not vanish at the horizon like iz^vanishing at least, but is cut off by
 /// it, is integrated up to it with care; one that grows faster than iz^-vanishing has points there
 /// as well, iz = u^power, by how fast it grows.
@@ -67,13 +65,13 @@ struct AlbedoIntegrator::Running {
     cl_uint power = 0;   ///< of points near the horizon of wi; 0: none are needed
     double spread = 0;   ///< of the replicates, as it is believed
     double missed = 0;   ///< part of the value that lies too near the horizon to be seen
-    std::array<std::array<double, 2>, replicates> sums{};
+    std::array<std::array<double, ALBEDO_SUMS>, replicates> sums{};
     AlbedoValue value{};
 
     bool has(cl_uint strategy) const {
         if (power > 0)
-            return strategy == OwnShared || strategy == Horizon;
-        return strategy == (cut ? Clipped : Own);
+            return strategy == OWN_SHARED || strategy == HORIZON;
+        return strategy == (cut ? CLIPPED : OWN);
     }
 };
 
@@ -81,9 +79,7 @@ AlbedoIntegrator::AlbedoIntegrator(const Device& device, Structure structure, st
                                    const std::vector<float>& shared)
     : device_(device), component_(component) {
     structure.isotropic = false;
-    parameters_ = structure.has_tables()
-                      ? 0
-                      : std::max<std::size_t>(1, layout_of(structure).parameters.size());
+    parameters_ = parameter_stride(structure);
     const cl::Program program = build_albedo_program(device_, structure);
     albedo_ = cl::Kernel(program, "albedo");
     horizon_ = cl::Kernel(program, "horizon");
@@ -131,9 +127,9 @@ std::vector<float> AlbedoIntegrator::horizon_values(const std::vector<AlbedoTask
         std::vector<const AlbedoTask*> launch;
         for (std::size_t t = begin; t < std::min(tasks.size(), begin + tasks_a_launch); ++t)
             launch.push_back(&tasks[t]);
-        upload_tasks(launch, std::vector<cl_uint>(launch.size(), Own), 0, 0);
+        upload_tasks(launch, std::vector<cl_uint>(launch.size(), OWN), 0, 0);
         const cl::Buffer out =
-            make_buffer(device_, launch.size() * 2 * sizeof(float), CL_MEM_WRITE_ONLY);
+            make_buffer(device_, launch.size() * HORIZON_VALUES * sizeof(float), CL_MEM_WRITE_ONLY);
         horizon_.setArg(0, directions_);
         horizon_.setArg(1, tasks_);
         horizon_.setArg(2, thetas_);
@@ -142,7 +138,8 @@ std::vector<float> AlbedoIntegrator::horizon_values(const std::vector<AlbedoTask
         const auto local = static_cast<std::size_t>(device_.form.local_size);
         device_.queue.enqueueNDRangeKernel(
             horizon_, cl::NullRange, cl::NDRange(padded(launch.size(), local)), cl::NDRange(local));
-        const std::vector<float> found = download<float>(device_, out, launch.size() * 2);
+        const std::vector<float> found =
+            download<float>(device_, out, launch.size() * HORIZON_VALUES);
         values.insert(values.end(), found.begin(), found.end());
     }
     return values;
@@ -157,11 +154,12 @@ void AlbedoIntegrator::add_points(const std::vector<Running*>& tasks, cl_uint fi
     const std::size_t launch_tasks =
         std::max<std::size_t>(1, std::min(tasks_a_launch, (std::size_t{1} << 18) / groups));
     if (out_() == nullptr ||
-        out_.getInfo<CL_MEM_SIZE>() < launch_tasks * groups * 2 * sizeof(float))
-        out_ = make_buffer(device_, launch_tasks * groups * 2 * sizeof(float), CL_MEM_WRITE_ONLY);
+        out_.getInfo<CL_MEM_SIZE>() < launch_tasks * groups * ALBEDO_SUMS * sizeof(float))
+        out_ = make_buffer(device_, launch_tasks * groups * ALBEDO_SUMS * sizeof(float),
+                           CL_MEM_WRITE_ONLY);
     for (std::size_t begin = 0; begin < tasks.size(); begin += launch_tasks) {
         const std::size_t size = std::min(launch_tasks, tasks.size() - begin);
-        for (const Strategy strategy : {Own, Clipped, OwnShared, Horizon}) {
+        for (const cl_uint strategy : {OWN, CLIPPED, OWN_SHARED, HORIZON}) {
             std::vector<Running*> launch;
             std::vector<const AlbedoTask*> wanted;
             std::vector<cl_uint> strategies;
@@ -169,7 +167,7 @@ void AlbedoIntegrator::add_points(const std::vector<Running*>& tasks, cl_uint fi
                 if (tasks[t]->has(strategy)) {
                     launch.push_back(tasks[t]);
                     wanted.push_back(tasks[t]->task);
-                    strategies.push_back(strategy + 4 * tasks[t]->power);
+                    strategies.push_back(strategy + STRATEGIES * tasks[t]->power);
                 }
             if (launch.empty())
                 continue;
@@ -185,12 +183,12 @@ void AlbedoIntegrator::add_points(const std::vector<Running*>& tasks, cl_uint fi
                                                cl::NDRange(groups * local, launch.size()),
                                                cl::NDRange(local, 1));
             const std::vector<float> sums =
-                download<float>(device_, out_, launch.size() * groups * 2);
+                download<float>(device_, out_, launch.size() * groups * ALBEDO_SUMS);
             for (std::size_t t = 0; t < launch.size(); ++t)
                 for (std::size_t g = 0; g < groups; ++g)
-                    for (std::size_t k = 0; k < 2; ++k)
+                    for (std::size_t k = 0; k < ALBEDO_SUMS; ++k)
                         launch[t]->sums[g % replicates][k] +=
-                            static_cast<double>(sums[(t * groups + g) * 2 + k]);
+                            static_cast<double>(sums[(t * groups + g) * ALBEDO_SUMS + k]);
         }
     }
 }
@@ -205,7 +203,8 @@ std::vector<AlbedoIntegrator::Running*> AlbedoIntegrator::prepared(std::vector<R
     std::vector<Running*> open;
     for (std::size_t t = 0; t < running.size(); ++t) {
         Running& r = running[t];
-        const double at_near = horizon[2 * t], at_nearer = horizon[2 * t + 1];
+        const double at_near = horizon[t * HORIZON_VALUES + VALUE_NEAR],
+                     at_nearer = horizon[t * HORIZON_VALUES + VALUE_NEARER];
         const double growth =
             at_near > 0 ? std::log(at_nearer / at_near) / std::log(near / nearer) : 0;
         if (growth > 1 - 1e-3) { // the integral of 1/iz
@@ -231,7 +230,8 @@ std::vector<AlbedoIntegrator::Running*> AlbedoIntegrator::prepared(std::vector<R
 bool AlbedoIntegrator::estimate(Running& r, cl_uint points) {
     double mean[3] = {}, square[3] = {};
     for (const auto& sum : r.sums) {
-        const double x[3] = {sum[0] / points, sum[1] / points, (sum[0] - sum[1]) / points};
+        const double all = sum[ALBEDO_ALL], weighted = sum[ALBEDO_WEIGHTED];
+        const double x[3] = {all / points, weighted / points, (all - weighted) / points};
         for (std::size_t k = 0; k < 3; ++k) {
             mean[k] += x[k] / replicates;
             square[k] += x[k] * x[k] / replicates;
@@ -253,7 +253,7 @@ bool AlbedoIntegrator::estimate(Running& r, cl_uint points) {
     value.reached = value.error <= std::max(r.task->tolerance, r.relative * mean[0]) ||
                     spread <= single_precision * mean[0] ||
                     (last && value.error <= r.task->tolerance * std::max(1.0, mean[0]));
-    return value.reached && points * (r.cut ? steps : 1) >= fewest_points;
+    return value.reached && points * (r.cut ? cl_uint{STEPS} : 1) >= fewest_points;
 }
 
 void AlbedoIntegrator::integrate(std::vector<Running>& running) {

@@ -22,6 +22,24 @@ std::string kernel_text(const std::string& path) {
     return fmt::format("#line 1 \"kernels/{}\"\n{}\n", path, kernel_source(path));
 }
 
+std::string kernel_texts(std::initializer_list<const char*> paths) {
+    std::string text;
+    for (const char* path : paths)
+        text += kernel_text(path);
+    return text;
+}
+
+std::string kernel_variant(const std::string& path,
+                           std::initializer_list<std::pair<const char*, const char*>> macros) {
+    std::string text;
+    for (const auto& [name, value] : macros)
+        text += fmt::format("#define {} {}\n", name, value);
+    text += kernel_text(path);
+    for (const auto& macro : macros)
+        text += fmt::format("#undef {}\n", macro.first);
+    return text;
+}
+
 cl::Program build_kernels(const Device& device, const std::string& text, const std::string& what) {
     const Form& form = device.form;
     cl::Program program(device.context,
@@ -41,13 +59,13 @@ cl::Program build_kernels(const Device& device, const std::string& text, const s
 }
 
 cl::Program build_gram_program(const Device& device) {
-    return build_kernels(device, kernel_text("base/common.cl") + kernel_text("passes/gram.cl"),
-                         "the search");
+    return build_kernels(
+        device, kernel_texts({"base/common.cl", "passes/gram.h", "passes/gram.cl"}), "the search");
 }
 
 cl::Program build_peaks_program(const Device& device) {
-    return build_kernels(device, kernel_text("base/common.cl") + kernel_text("passes/peaks.cl"),
-                         "the peaks");
+    return build_kernels(
+        device, kernel_texts({"base/common.cl", "passes/peaks.h", "passes/peaks.cl"}), "the peaks");
 }
 
 std::string kernel_hash() {

@@ -2,7 +2,9 @@
 
 #include "host/device/device.hpp"
 
+#include <initializer_list>
 #include <string>
+#include <utility>
 
 namespace brdfit {
 
@@ -12,6 +14,12 @@ namespace brdfit {
 std::string kernel_source(const std::string& path);
 /// The same after a #line directive, so that build logs name the kernel file.
 std::string kernel_text(const std::string& path);
+/// Those of several files, one after the other.
+std::string kernel_texts(std::initializer_list<const char*> paths);
+/// The text of a file between the definitions of macros and their ends: one of the variants that
+/// it has, {{"NAME", "basis_sums"}} say.
+std::string kernel_variant(const std::string& path,
+                           std::initializer_list<std::pair<const char*, const char*>> macros);
 /// Builds a program: the macros of the device's form (V, LS, BLOCK, CANDIDATES, RUN), then the
 /// text. Throws InputError with the build log; `what` says there what the kernels are for.
 cl::Program build_kernels(const Device& device, const std::string& text, const std::string& what);

@@ -22,7 +22,8 @@ std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
     const auto width = static_cast<std::size_t>(device.form.vector_width);
     const std::size_t pass =
         std::min({pairs_a_pass, padded(total, width),
-                  device.max_allocation / (sizeof(float) * std::max<std::size_t>(outputs, 10)) /
+                  device.max_allocation /
+                      (sizeof(float) * std::max<std::size_t>(outputs, Directions::plane_count)) /
                       width * width});
     std::vector<float> result(outputs * total);
     std::vector<float> staged(pass * Directions::plane_count);
@@ -69,11 +70,14 @@ std::vector<float> device_parameters(const Material& material, bool isotropic) {
         if (!lobe.model->table)
             continue;
         words[offsets + l] = static_cast<float>(words.size());
-        const std::vector<float> packed = pack(*lobe.table, lobe.theta.empty() ? 0 : lobe.theta[0],
-                                               lobe.correlated, material.metal);
+        TableUse use;
+        use.f0 = lobe.theta.empty() ? 0 : lobe.theta[0];
+        use.correlated = lobe.correlated;
+        use.metal = material.metal;
+        const std::vector<float> packed = packed_for_lobe(*lobe.table, use);
         words.insert(words.end(), packed.begin(), packed.end());
     }
-    if (words.size() > std::size_t{1} << 24)
+    if (words.size() > most_table_words)
         throw InputError(fmt::format("the material's tables have {} values; expected at most 2^24, "
                                      "what kernels can address",
                                      words.size()));

@@ -4,6 +4,7 @@
 #include "host/error.hpp"
 #include "host/evaluate/evaluate.hpp"
 #include "host/model/program.hpp"
+#include "kernels/passes/sample.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,9 +16,6 @@ namespace brdfit {
 namespace {
 
 constexpr std::size_t most_samples_a_pass = std::size_t{1} << 18;
-constexpr std::size_t wi_and_pdf = 4; ///< planes ahead of the weights
-// As in kernels/passes/sample.cl.
-constexpr std::size_t heights = 32, azimuths = 9;
 /// No part of a lobe may be out of the sampler's reach because the table misses it.
 constexpr float least_share_of_peak = 1e-3F;
 
@@ -75,7 +73,7 @@ Sampler::Sampler(const Device& device, const Material& material)
     theta_ = upload(device_, device_parameters(material, false));
     coefficients_ = upload(device_, to_float(coefficients));
     strengths_ = upload(device_, to_float(strengths));
-    const std::size_t entries = basis * heights * azimuths;
+    const std::size_t entries = basis * HEIGHTS * AZIMUTHS;
     table_ = make_buffer(device_, entries * sizeof(float), CL_MEM_READ_WRITE);
     cl::Kernel kernel(program_, "tabulate");
     kernel.setArg(0, theta_);
@@ -85,15 +83,15 @@ Sampler::Sampler(const Device& device, const Material& material)
                                        cl::NDRange(local));
     std::vector<float> table = download<float>(device_, table_, entries);
     for (std::size_t j = 0; j < basis; ++j) {
-        const auto begin = table.begin() + static_cast<std::ptrdiff_t>(j * heights * azimuths);
-        const auto end = begin + heights * azimuths;
+        const auto begin = table.begin() + static_cast<std::ptrdiff_t>(j * HEIGHTS * AZIMUTHS);
+        const auto end = begin + HEIGHTS * AZIMUTHS;
         const float least = std::max(least_share_of_peak * *std::max_element(begin, end), 1e-30F);
         std::transform(begin, end, begin, [least](float x) { return std::max(x, least); });
     }
     table_ = upload(device_, table);
 
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    const std::size_t planes = wi_and_pdf + channels_;
+    const std::size_t planes = DRAWN_WEIGHTS + channels_;
     pass_ = std::min(most_samples_a_pass,
                      device_.max_allocation / (sizeof(float) * planes) / width * width);
     out_ = make_buffer(device_, pass_ * planes * sizeof(float), CL_MEM_WRITE_ONLY);
@@ -140,16 +138,16 @@ DirectionSamples Sampler::sample(const Vector& wo, std::size_t n, std::uint64_t 
         const std::size_t count = std::min(pass_, n - first), stride = padded(count, width);
         draw(wo, first, count, seed, sequence);
         const std::vector<float> planes =
-            download<float>(device_, out_, stride * (wi_and_pdf + channels_));
+            download<float>(device_, out_, stride * (DRAWN_WEIGHTS + channels_));
         const auto fetch = [&](std::size_t plane, float* to) {
             std::copy_n(planes.data() + plane * stride, count, to + first);
         };
-        fetch(0, samples.wi_x.data());
-        fetch(1, samples.wi_y.data());
-        fetch(2, samples.wi_z.data());
-        fetch(3, samples.pdf.data());
+        fetch(DRAWN_WI_X, samples.wi_x.data());
+        fetch(DRAWN_WI_Y, samples.wi_y.data());
+        fetch(DRAWN_WI_Z, samples.wi_z.data());
+        fetch(DRAWN_PDF, samples.pdf.data());
         for (std::size_t ch = 0; ch < channels_; ++ch)
-            fetch(wi_and_pdf + ch, samples.weights.data() + ch * n);
+            fetch(DRAWN_WEIGHTS + ch, samples.weights.data() + ch * n);
     }
     return samples;
 }

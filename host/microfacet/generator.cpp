@@ -4,6 +4,8 @@
 #include "host/device/kernels.hpp"
 #include "host/error.hpp"
 #include "host/microfacet/nodes.hpp"
+#include "kernels/passes/generate.h"
+#include "kernels/terms/table_words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,15 +17,17 @@ namespace brdfit {
 namespace {
 
 cl::Program generator_program(const Device& device) {
-    std::string text = "#define TABLES\n#define ROUGHNESSES 2\n";
-    for (const char* path :
-         {"base/common.cl", "base/geometry.cl", "terms/schlick.cl", "terms/half_vectors.cl",
-          "terms/distribution.cl", "terms/grid.cl", "passes/generate.cl"})
-        text += kernel_text(path);
-    return build_kernels(device, text, "the generator");
+    return build_kernels(
+        device,
+        "#define TABLES\n#define ROUGHNESSES 2\n" +
+            kernel_texts({"base/common.cl", "base/direction_planes.h", "base/geometry.cl",
+                          "terms/schlick.cl", "terms/half_vectors.cl", "terms/table_words.h",
+                          "terms/distribution.cl", "terms/grid.cl", "passes/generate.h",
+                          "passes/generate.cl"}),
+        "the generator");
 }
 
-constexpr std::size_t tile = 8; ///< as TILE in kernels/passes/generate.cl
+constexpr std::size_t tile = VISIBLE_TILE;
 constexpr std::size_t most_floats_out = std::size_t{1} << 24;
 /// Nodes of g at the grid's points, of g within R, and of R (see nodes_of).
 constexpr std::size_t fine = 4, middle = 2, coarse = 1;
@@ -212,7 +216,7 @@ Generator::DeviceNodes Generator::nodes_of_parts(const Distribution& distributio
                                                  std::size_t fineness) const {
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
-    const cl::Buffer table = upload(device_, pack(bare_table(distribution), 0, false, false));
+    const cl::Buffer table = upload(device_, packed_areas(bare_table(distribution)));
     std::vector<PartNodes> of_parts;
     DeviceNodes nodes;
     std::size_t count = 0;
@@ -224,8 +228,9 @@ Generator::DeviceNodes Generator::nodes_of_parts(const Distribution& distributio
         count += nodes.rows.back() * nodes.columns.back();
     }
     nodes.stride = padded(count, static_cast<std::size_t>(device_.form.block));
-    nodes.planes = make_buffer(device_, 4 * nodes.stride * sizeof(float));
-    device_.queue.enqueueFillBuffer(nodes.planes, 0.0F, 0, 4 * nodes.stride * sizeof(float));
+    nodes.planes = make_buffer(device_, NODE_PLANES * nodes.stride * sizeof(float));
+    device_.queue.enqueueFillBuffer(nodes.planes, 0.0F, 0,
+                                    NODE_PLANES * nodes.stride * sizeof(float));
     cl::Kernel kernel(program_, "nodes");
     for (std::size_t n = 0; n < of_parts.size(); ++n) {
         Quadrature shares = of_parts[n].shares;
@@ -288,10 +293,11 @@ double Generator::mass(const DistributionPart& part) const {
     one.parts.push_back(part);
     one.parts[0].amplitude = 1;
     const DeviceNodes nodes = nodes_of_parts(one, fine);
-    const std::vector<float> planes = download<float>(device_, nodes.planes, 4 * nodes.stride);
+    const std::vector<float> planes =
+        download<float>(device_, nodes.planes, NODE_PLANES * nodes.stride);
     double sum = 0;
     for (std::size_t i = 0; i < nodes.stride; ++i)
-        sum += planes[3 * nodes.stride + i];
+        sum += planes[NODE_WEIGHT * nodes.stride + i];
     return sum;
 }
 
@@ -321,10 +327,11 @@ void Generator::reflect(MicrofacetTable& table, std::size_t fineness) const {
         areas(nodes_of_parts(table.distribution, middle * fineness), directions_of(inner.grid));
     const DeviceNodes nodes = nodes_of_parts(table.distribution, coarse * fineness);
     inner.g.assign(inner_areas.begin(), inner_areas.end());
-    const cl::Buffer words = upload(device_, pack(refined(inner, 8), 0, false, false));
+    const cl::Buffer words = upload(device_, packed_areas(refined(inner, 8)));
     const std::vector<Vector> directions = directions_of(table.grid);
     const std::size_t blocks = nodes.stride / block;
-    const std::size_t most = std::max<std::size_t>(1, most_floats_out / (blocks * 4));
+    const std::size_t most =
+        std::max<std::size_t>(1, most_floats_out / (blocks * REFLECTANCE_SUMS));
     cl::Kernel kernel(program_, "reflect");
     std::vector<double> sums;
     for (std::size_t begin = 0; begin < directions.size(); begin += most) {
@@ -335,9 +342,10 @@ void Generator::reflect(MicrofacetTable& table, std::size_t fineness) const {
         const auto g = table.g.begin() + static_cast<std::ptrdiff_t>(begin);
         std::vector<float> own(g, g + static_cast<std::ptrdiff_t>(count));
         for (float& area : own)
-            area = std::max(area, static_cast<float>(1e-9 * table.mean_height));
+            area = std::max(area, LEAST_AREA * static_cast<float>(table.mean_height));
         const cl::Buffer own_areas = upload(device_, own);
-        const cl::Buffer out = make_buffer(device_, count * blocks * 4 * sizeof(float));
+        const cl::Buffer out =
+            make_buffer(device_, count * blocks * REFLECTANCE_SUMS * sizeof(float));
         kernel.setArg(0, words);
         kernel.setArg(1, nodes.planes);
         kernel.setArg(2, static_cast<cl_uint>(nodes.stride / width));
@@ -347,15 +355,15 @@ void Generator::reflect(MicrofacetTable& table, std::size_t fineness) const {
         kernel.setArg(6, out);
         device_.queue.enqueueNDRangeKernel(
             kernel, cl::NullRange, cl::NDRange(blocks * local, count), cl::NDRange(local, 1));
-        add_blocks(download<float>(device_, out, count * blocks * 4), blocks, 4, sums);
+        add_blocks(download<float>(device_, out, count * blocks * REFLECTANCE_SUMS), blocks,
+                   REFLECTANCE_SUMS, sums);
     }
-    std::size_t k = 0;
-    for (std::vector<float>* plane :
-         {&table.r0, &table.r1, &table.r0_correlated, &table.r1_correlated}) {
+    for (const auto& [plane, k] : {std::pair(&table.r0, R0), std::pair(&table.r1, R1),
+                                   std::pair(&table.r0_correlated, R0_CORRELATED),
+                                   std::pair(&table.r1_correlated, R1_CORRELATED)}) {
         plane->resize(directions.size());
         for (std::size_t i = 0; i < directions.size(); ++i)
-            (*plane)[i] = static_cast<float>(sums[4 * i + k]);
-        ++k;
+            (*plane)[i] = static_cast<float>(sums[REFLECTANCE_SUMS * i + k]);
     }
 }
 
@@ -410,8 +418,10 @@ MicrofacetTable Generator::generate(const Distribution& specified, const Generat
     MicrofacetTable table;
     table.distribution = distribution;
     const DeviceNodes nodes = nodes_of_parts(distribution, fine * options.fineness);
-    const std::vector<float> planes = download<float>(device_, nodes.planes, 4 * nodes.stride);
-    const float* const weight = planes.data() + 3 * nodes.stride;
+    const std::vector<float> planes =
+        download<float>(device_, nodes.planes, NODE_PLANES * nodes.stride);
+    const float* const weight = planes.data() + NODE_WEIGHT * nodes.stride;
+    const float* const height = planes.data() + NODE_Z * nodes.stride;
     double whole = 0, above = 0, steep = 0;
     for (std::size_t n = 0; n < distribution.parts.size(); ++n) {
         const DistributionPart& part = distribution.parts[n];
@@ -419,9 +429,9 @@ MicrofacetTable Generator::generate(const Distribution& specified, const Generat
         const std::size_t end = nodes.first[n] + nodes.rows[n] * nodes.columns[n];
         for (std::size_t i = nodes.first[n]; i < end; ++i) {
             for (std::size_t a = 0; a < 3; ++a)
-                mean[a] += double{planes[a * nodes.stride + i]} * weight[i];
+                mean[a] += double{planes[(NODE_X + a) * nodes.stride + i]} * weight[i];
             whole += weight[i];
-            const float z = planes[2 * nodes.stride + i];
+            const float z = height[i];
             above += z > 0 ? weight[i] : 0;
             steep += z > 0 && z < std::sqrt(0.5F) ? weight[i] : 0;
         }
@@ -429,8 +439,7 @@ MicrofacetTable Generator::generate(const Distribution& specified, const Generat
             table.mean[a] += mean[a];
         table.mean_height += part.area_scale * mean[2];
         table.cells.push_back(cells_of(part, nodes_of(part, fine * options.fineness), nodes.rows[n],
-                                       planes.data() + 2 * nodes.stride + nodes.first[n],
-                                       weight + nodes.first[n]));
+                                       height + nodes.first[n], weight + nodes.first[n]));
     }
     if (!(whole > 0) || !std::isfinite(whole))
         throw InputError(fmt::format("{}: p(h) is 0 everywhere; expected some normals", source));

@@ -1,20 +1,15 @@
 #include "host/microfacet/nodes.hpp"
 #include "host/quadrature.hpp"
+#include "kernels/terms/table_words.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace brdfit {
 
-namespace {
-
-constexpr double reach = 6; ///< where a Gaussian counts as ended, in sigmas: exp(-36)
-
-} // namespace
-
 double least_theta(const DistributionPart& part) {
     // exp(-cot^2 / sigma^2) has vanished below.
-    return part.shape == Shape::Velvet ? std::atan(1 / (reach * part.sigma_x)) : 0;
+    return part.shape == Shape::Velvet ? std::atan(1 / (double{REACH} * part.sigma_x)) : 0;
 }
 
 double greatest_theta(const DistributionPart& part) {

@@ -4,6 +4,7 @@
 #include "host/microfacet/nodes.hpp"
 #include "host/parallel.hpp"
 #include "host/quadrature.hpp"
+#include "kernels/terms/table_words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,11 +14,9 @@ namespace brdfit {
 
 namespace {
 
-/// Offsets are words of float32, which holds integers up to here exactly.
-constexpr std::size_t most_words = std::size_t{1} << 24;
-// As in kernels/terms/distribution.cl.
-constexpr std::size_t head_words = 24, part_words = 32;
-constexpr double least_area = 1e-9;
+static_assert(static_cast<int>(Sector::All) == WHOLE_TURN &&
+              static_cast<int>(Sector::Half) == HALF_TURN &&
+              static_cast<int>(Sector::Quarter) == QUARTER_TURN);
 
 /// Psi at both ends of the columns.
 double psi_span(Sector sector) {
@@ -47,8 +46,8 @@ void append_plane(std::vector<float>& words, const Grid& grid, const std::vector
             words.push_back(row[0]);
             continue;
         }
-        for (std::size_t k = 0; k < grid.columns + 3; ++k)
-            words.push_back(row[folded(grid, static_cast<std::ptrdiff_t>(k) - 1)]);
+        for (std::size_t k = 0; k < grid.columns + COLUMNS_BEYOND; ++k)
+            words.push_back(row[folded(grid, static_cast<std::ptrdiff_t>(k) - COLUMNS_BEFORE)]);
     }
 }
 
@@ -77,7 +76,7 @@ std::pair<std::vector<float>, bool> interpolated_area(const MicrofacetTable& tab
             const double facing = d[0] * mean[0] + d[1] * mean[1] + d[2] * mean[2];
             const double g = table.g[r * grid.columns + k];
             plane[r * grid.columns + k] = static_cast<float>(
-                leans ? std::log(std::max(g, least_area * table.mean_height)) : g - facing);
+                leans ? std::log(std::max(g, double{LEAST_AREA} * table.mean_height)) : g - facing);
         }
     return {plane, leans};
 }
@@ -172,7 +171,7 @@ MicrofacetTable refined(const MicrofacetTable& table, std::size_t factor) {
     return fine;
 }
 
-double diffuse_constant(const MicrofacetTable& table, double f0, bool correlated, bool metal) {
+double diffuse_constant(const MicrofacetTable& table, const TableUse& use) {
     const Grid& grid = table.grid;
     const Quadrature within = gauss_legendre(6);
     const std::size_t sectors =
@@ -203,53 +202,102 @@ double diffuse_constant(const MicrofacetTable& table, double f0, bool correlated
                                 static_cast<double>(sectors);
                     }
                     const auto at = [&](int which) {
-                        return interpolate(grid, table.reflectance(which, correlated), row, column);
+                        return interpolate(grid, table.reflectance(which, use.correlated), row,
+                                           column);
                     };
-                    const double r = (1 - f0) * at(0) + f0 * at(1);
-                    integral += std::max(0.0, (metal ? f0 : 1) - r) * height * width;
+                    const double r = (1 - use.f0) * at(0) + use.f0 * at(1);
+                    integral += std::max(0.0, (use.metal ? use.f0 : 1) - r) * height * width;
                 }
         }
     return integral > 1e-7 ? 1 / integral : 0;
 }
 
-std::vector<float> pack(const MicrofacetTable& table, double f0, bool correlated, bool metal) {
+namespace {
+
+float number(double x) {
+    return static_cast<float>(x);
+}
+float number(std::size_t x) {
+    return static_cast<float>(x);
+}
+
+/// The words of an image or of tabulated values, and what its part says of them.
+void append_image(std::vector<float>& words, const DirectionTable& image, float* part) {
+    part[IMAGE] = number(words.size());
+    part[IMAGE_WIDTH] = number(image.width);
+    part[IMAGE_HEIGHT] = number(image.height);
+    part[IMAGE_EXTENT] = number(image.extent);
+    for (const auto* nodes : {&image.thetas, &image.phis})
+        words.insert(words.end(), nodes->begin(), nodes->end());
+    words.insert(words.end(), image.values.begin(), image.values.end());
+}
+
+/// The words of a part's cells, whose masses add up to `whole` over all parts.
+void append_cells(std::vector<float>& words, const SamplingCells& cells, double whole,
+                  float* part) {
+    const std::size_t rows = cells.edges.size() - 1;
+    std::vector<double> columns(cells.columns);
+    for (std::size_t i = 0; i < cells.mass.size(); ++i)
+        columns[i / rows] += cells.mass[i];
+    double sum = 0;
+    for (const double mass : columns)
+        sum += mass;
+    part[PROBABILITY] = number(sum / whole);
+    part[CELL_ROWS] = number(rows);
+    part[CELL_COLUMNS] = number(cells.columns);
+    part[CELL_EDGES] = number(words.size());
+    words.insert(words.end(), cells.edges.begin(), cells.edges.end());
+    part[MARGINAL] = number(words.size());
+    append_cumulative(words, columns);
+    part[CONDITIONAL] = number(words.size());
+    for (std::size_t k = 0; k < cells.columns; ++k) {
+        const auto first = cells.mass.begin() + static_cast<std::ptrdiff_t>(k * rows);
+        append_cumulative(words, {first, first + static_cast<std::ptrdiff_t>(rows)});
+    }
+}
+
+/// The word of a shape's kind.
+part_kind kind_of(Shape shape) {
+    return shape == Shape::Gaussian ? GAUSSIAN : shape == Shape::Velvet ? VELVET : TABULATED;
+}
+
+/// The table for a use, with reflectances only where one is given.
+std::vector<float> packed(const MicrofacetTable& table, const TableUse* use) {
     const Grid& grid = table.grid;
-    const auto number = [](auto x) { return static_cast<float>(x); };
-    std::vector<float> words(head_words + part_words * table.distribution.parts.size());
-    const auto [behind, leans] = interpolated_area(table);
+    std::vector<float> words(HEAD_WORDS + PART_WORDS * table.distribution.parts.size());
     const auto place = [&](const std::vector<float>& plane) {
         const std::size_t offset = words.size();
         append_plane(words, grid, plane);
         return number(offset);
     };
-    const float behind_at = place(behind);
-    const bool reflects = !table.r0.empty(); // not while the generator computes them
-    const float r0_at = reflects ? place(table.reflectance(0, correlated)) : 0;
-    const float r1_at = reflects ? place(table.reflectance(1, correlated)) : 0;
-    const float head[] = {number(correlated ? 1 : 0),
-                          number(table.mean_height),
-                          number(table.mean[0]),
-                          number(table.mean[1]),
-                          number(table.mean[2]),
-                          number(grid.scale),
-                          number(std::asinh(pi / 2 / grid.scale)),
-                          number(grid.stretch),
-                          number(grid.rows),
-                          number(grid.columns),
-                          number(grid.sector),
-                          behind_at,
-                          r0_at,
-                          r1_at,
-                          number(reflects ? diffuse_constant(table, f0, correlated, metal) : 0),
-                          number(metal ? 1 : 0),
-                          number(table.distribution.parts.size()),
-                          number(head_words),
-                          number(words.size()),
-                          number(table.facets.rows),
-                          number(table.facets.columns),
-                          number(leans ? 1 : 0),
-                          number(0.9 * table.steep)};
-    std::copy(std::begin(head), std::end(head), words.begin());
+    std::array<float, HEAD_WORDS> head{};
+    head[MEAN_HEIGHT] = number(table.mean_height);
+    head[MEAN_X] = number(table.mean[0]);
+    head[MEAN_Y] = number(table.mean[1]);
+    head[MEAN_Z] = number(table.mean[2]);
+    head[ELEVATION_SCALE] = number(grid.scale);
+    head[ELEVATION_END] = number(std::asinh(pi / 2 / grid.scale));
+    head[AZIMUTH_STRETCH] = number(grid.stretch);
+    head[GRID_ROWS] = number(grid.rows);
+    head[GRID_COLUMNS] = number(grid.columns);
+    head[GRID_SECTOR] = static_cast<float>(grid.sector);
+    const auto [behind, leans] = interpolated_area(table);
+    head[BEHIND] = place(behind);
+    head[LEANS] = leans ? 1 : 0;
+    if (use != nullptr) {
+        head[CORRELATED] = use->correlated ? 1 : 0;
+        head[METAL] = use->metal ? 1 : 0;
+        head[REFLECTANCE_0] = place(table.reflectance(0, use->correlated));
+        head[REFLECTANCE_1] = place(table.reflectance(1, use->correlated));
+        head[DIFFUSE_SCALE] = number(diffuse_constant(table, *use));
+    }
+    head[PARTS] = number(table.distribution.parts.size());
+    head[FIRST_PART] = HEAD_WORDS;
+    head[FACETS] = number(words.size());
+    head[FACET_ROWS] = number(table.facets.rows);
+    head[FACET_COLUMNS] = number(table.facets.columns);
+    head[STEEP] = number(0.9 * table.steep);
+    std::copy(head.begin(), head.end(), words.begin());
     words.insert(words.end(), table.facets.values.begin(), table.facets.values.end());
 
     double whole = 0;
@@ -258,56 +306,40 @@ std::vector<float> pack(const MicrofacetTable& table, double f0, bool correlated
             whole += mass;
     for (std::size_t n = 0; n < table.distribution.parts.size(); ++n) {
         const DistributionPart& part = table.distribution.parts[n];
-        std::vector<float> own(part_words);
-        own[0] = number(part.shape == Shape::Gaussian ? 0 : part.shape == Shape::Velvet ? 1 : 2);
-        own[1] = number(part.amplitude);
-        own[2] = number(1 / (part.sigma_x * part.sigma_x));
-        own[3] = number(1 / (part.sigma_y * part.sigma_y));
+        std::array<float, PART_WORDS> own{};
+        own[KIND] = static_cast<float>(kind_of(part.shape));
+        own[AMPLITUDE] = number(part.amplitude);
+        own[INVERSE_X2] = number(1 / (part.sigma_x * part.sigma_x));
+        own[INVERSE_Y2] = number(1 / (part.sigma_y * part.sigma_y));
         const std::array<double, 9> frame = part.frame();
-        std::transform(frame.begin(), frame.end(), own.begin() + 4, number);
-        if (part.table != nullptr) {
-            own[13] = number(words.size());
-            own[14] = number(part.table->width);
-            own[15] = number(part.table->height);
-            own[16] = number(part.table->extent);
-            for (const auto* nodes : {&part.table->thetas, &part.table->phis})
-                words.insert(words.end(), nodes->begin(), nodes->end());
-            words.insert(words.end(), part.table->values.begin(), part.table->values.end());
-        }
-        own[17] = number(least_theta(part));
+        std::transform(frame.begin(), frame.end(), own.begin() + FRAME,
+                       [](double x) { return number(x); });
+        if (part.table != nullptr)
+            append_image(words, *part.table, own.data());
+        own[LEAST_THETA] = number(least_theta(part));
         const std::array<double, 2> stretch = azimuth_stretch(part);
-        own[18] = number(stretch[0]);
-        own[19] = number(stretch[1]);
-        own[26] = number(greatest_theta(part));
-        if (n < table.cells.size()) {
-            const SamplingCells& cells = table.cells[n];
-            const std::size_t rows = cells.edges.size() - 1;
-            std::vector<double> columns(cells.columns);
-            for (std::size_t i = 0; i < cells.mass.size(); ++i)
-                columns[i / rows] += cells.mass[i];
-            double sum = 0;
-            for (const double mass : columns)
-                sum += mass;
-            own[20] = number(sum / whole);
-            own[21] = number(rows);
-            own[22] = number(cells.columns);
-            own[23] = number(words.size());
-            words.insert(words.end(), cells.edges.begin(), cells.edges.end());
-            own[24] = number(words.size());
-            append_cumulative(words, columns);
-            own[25] = number(words.size());
-            for (std::size_t k = 0; k < cells.columns; ++k) {
-                const auto first = cells.mass.begin() + static_cast<std::ptrdiff_t>(k * rows);
-                append_cumulative(words, {first, first + static_cast<std::ptrdiff_t>(rows)});
-            }
-        }
+        own[STRETCH_X] = number(stretch[0]);
+        own[STRETCH_Y] = number(stretch[1]);
+        own[GREATEST_THETA] = number(greatest_theta(part));
+        if (n < table.cells.size())
+            append_cells(words, table.cells[n], whole, own.data());
         std::copy(own.begin(), own.end(),
-                  words.begin() + static_cast<std::ptrdiff_t>(head_words + n * part_words));
+                  words.begin() + static_cast<std::ptrdiff_t>(HEAD_WORDS + n * PART_WORDS));
     }
-    if (words.size() > most_words)
+    if (words.size() > most_table_words)
         throw InputError(fmt::format("a microfacet table of {} values; expected at most {}",
-                                     words.size(), most_words));
+                                     words.size(), most_table_words));
     return words;
+}
+
+} // namespace
+
+std::vector<float> packed_for_lobe(const MicrofacetTable& table, const TableUse& use) {
+    return packed(table, &use);
+}
+
+std::vector<float> packed_areas(const MicrofacetTable& table) {
+    return packed(table, nullptr);
 }
 
 } // namespace brdfit

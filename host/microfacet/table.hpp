@@ -67,13 +67,25 @@ double interpolate(const Grid& grid, const std::vector<float>& plane, double row
 /// The table with g alone on a grid `factor` times as fine each way, interpolated.
 MicrofacetTable refined(const MicrofacetTable& table, std::size_t factor);
 
+/// What a material makes of a table.
+struct TableUse {
+    double f0 = 0;           ///< of the first lobe, for the diffuse term
+    bool correlated = false; ///< correlated shadowing, Eq. 14
+    bool metal = false;      ///< the diffuse term of Eq. 30
+};
+
 /// c of Eq. 28: 1 / c is the integral of (1 - R(k)) (k.n), for a metal of max(0, f0 - R(k)) (k.n),
 /// over the hemisphere with R as the kernels interpolate it; 0 where that integral is 0.
-double diffuse_constant(const MicrofacetTable& table, double f0, bool correlated, bool metal);
+double diffuse_constant(const MicrofacetTable& table, const TableUse& use);
 
-/// The table as the kernels read it (kernels/terms/distribution.cl). Throws InputError where it is
-/// larger than they can address.
-std::vector<float> pack(const MicrofacetTable& table, double f0, bool correlated, bool metal);
+/// Offsets among the words are float32 themselves, which holds integers up to here exactly.
+inline constexpr std::size_t most_table_words = std::size_t{1} << 24;
+
+/// The table as the kernels read it (kernels/terms/table_words.h): for a material's lobe, and with
+/// the distribution and g alone, while the generator computes the reflectances. Both throw
+/// InputError where it is larger than they can address.
+std::vector<float> packed_for_lobe(const MicrofacetTable& table, const TableUse& use);
+std::vector<float> packed_areas(const MicrofacetTable& table);
 
 /// Writes an OpenEXR file, whole or not at all.
 void write_table(const MicrofacetTable& table, const std::string& path);

@@ -9,27 +9,90 @@ namespace brdfit {
 
 namespace {
 
-const Parameter f0{"f0", 0, 1, 0.5, Scale::Linear};
-const Parameter m{"m", 1e-3, 10, 0.2, Scale::Log};
-const Parameter mx{"mx", 1e-3, 10, 0.2, Scale::Log};
-const Parameter my{"my", 1e-3, 10, 0.2, Scale::Log};
-const Parameter alpha{"alpha", 0, 2, 0.1, Scale::Linear};
-const Parameter n{"n", 0, 1e6, 50, Scale::Log1p};
-const Parameter nu{"nu", 0, 1e6, 50, Scale::Log1p};
-const Parameter nv{"nv", 0, 1e6, 50, Scale::Log1p};
+// How the kinds of parameters differ; each model's then have names.
 
-const Parameter nx{"nx", 0, 1e6, 50, Scale::Log1p};
-const Parameter ny{"ny", 0, 1e6, 50, Scale::Log1p};
-const Parameter lafortune_c{"C", -3, 3, -1, Scale::AboutOne};
-const Parameter lafortune_cx{"Cx", -3, 3, -1, Scale::AboutOne};
-const Parameter lafortune_cy{"Cy", -3, 3, -1, Scale::AboutOne};
-const Parameter lafortune_n{"n", 0.1, 1e5, 50, Scale::Log1p};
-const Parameter a{"a", 1e-3, 2, 0.2, Scale::Log};
-const Parameter ax{"ax", 1e-3, 2, 0.2, Scale::Log};
-const Parameter ay{"ay", 1e-3, 2, 0.2, Scale::Log};
-const Parameter smith_m{"m", 1e-3, 2, 0.2, Scale::Log};
-const Parameter smith_mx{"mx", 1e-3, 2, 0.2, Scale::Log};
-const Parameter smith_my{"my", 1e-3, 2, 0.2, Scale::Log};
+Parameter reflectance(const char* name) { // F at c = 1
+    Parameter p;
+    p.name = name;
+    p.lower = 0;
+    p.upper = 1;
+    p.start = 0.5;
+    p.scale = Scale::Linear;
+    return p;
+}
+
+// Beckmann's: m is the root mean square slope of the surface.
+Parameter roughness(const char* name) {
+    Parameter p;
+    p.name = name;
+    p.lower = 1e-3; // a mirror: D falls to half within 0.05 degrees
+    p.upper = 10;   // beyond any surface: D is largest at 86 degrees, tan^2 = 2 m^2 - 1
+    p.start = 0.2;
+    p.scale = Scale::Log;
+    return p;
+}
+
+// Of models with Smith's shadowing. Renderers end at 1, where Trowbridge and Reitz's D is even over
+// the hemisphere; fits may go somewhat beyond.
+Parameter smith_roughness(const char* name) {
+    Parameter p = roughness(name);
+    p.upper = 2;
+    return p;
+}
+
+// Of a cosine: hz^n is near exp(-n tan^2_h / 2), the roughness sqrt(2 / n): 1.4e-3 at 1e6.
+Parameter exponent(const char* name) {
+    Parameter p;
+    p.name = name;
+    p.lower = 0;
+    p.upper = 1e6;
+    p.start = 50;
+    p.scale = Scale::Log1p;
+    return p;
+}
+
+// Lafortune's: near 0 the lobe has no direction, so that C means nothing; up to 1e5 the base is
+// exact enough in float32 (see kernels/models/lafortune.cl).
+Parameter lafortune_exponent(const char* name) {
+    Parameter p = exponent(name);
+    p.lower = 0.1;
+    p.upper = 1e5;
+    return p;
+}
+
+// Lafortune's C: -1 mirrors, 1 reflects back; at 3 in size the lobe for 45 degrees lies at 72.
+Parameter lafortune_factor(const char* name) {
+    Parameter p;
+    p.name = name;
+    p.lower = -3;
+    p.upper = 3;
+    p.start = -1;
+    p.scale = Scale::AboutOne;
+    return p;
+}
+
+// Kurt's alpha, the power of the cosines: 0 conserves energy, 1/2 is Ward's, 1 Ward-Duer's.
+Parameter cosine_exponent(const char* name) {
+    Parameter p;
+    p.name = name;
+    p.lower = 0;
+    p.upper = 2;
+    p.start = 0.1;
+    p.scale = Scale::Linear;
+    return p;
+}
+
+const Parameter f0 = reflectance("f0");
+const Parameter m = roughness("m"), mx = roughness("mx"), my = roughness("my");
+const Parameter alpha = cosine_exponent("alpha");
+const Parameter n = exponent("n"), nu = exponent("nu"), nv = exponent("nv"), nx = exponent("nx"),
+                ny = exponent("ny");
+const Parameter lafortune_c = lafortune_factor("C"), lafortune_cx = lafortune_factor("Cx"),
+                lafortune_cy = lafortune_factor("Cy");
+const Parameter lafortune_n = lafortune_exponent("n");
+const Parameter a = smith_roughness("a"), ax = smith_roughness("ax"), ay = smith_roughness("ay");
+const Parameter smith_m = smith_roughness("m"), smith_mx = smith_roughness("mx"),
+                smith_my = smith_roughness("my");
 
 const char* const kurt_paper = "Kurt, Szirmay-Kalos, Krivanek 2010";
 const char* const as_paper = "Ashikhmin, Shirley 2000";

@@ -16,9 +16,9 @@ enum class Scale {
 /// A non-linear parameter of a lobe.
 struct Parameter {
     std::string name;
-    double lower, upper; ///< closed range
-    double start;        ///< a typical value
-    Scale scale;
+    double lower = 0, upper = 1; ///< closed range
+    double start = 0.5;          ///< a typical value
+    Scale scale = Scale::Linear;
     /// Whether it is how wide the lobe is, a roughness or an exponent.
     bool width() const { return scale == Scale::Log || scale == Scale::Log1p; }
 };
@@ -32,7 +32,9 @@ enum class Kind {
 
 /// One model: everything the host knows of it. Its value and derivatives are in
 /// kernels/models/NAME.cl, which defines (with '-' as '_')
-///     NAME_prepare(geometry, real plane[])               quantities of the directions alone
+///     enum { ..., NAME_PLANES }                          names of its planes, in capitals
+///     NAME_prepare(geometry, real plane[])               fills them: quantities of the directions
+///                                                        alone
 ///     real NAME(const real plane[], theta, real d[])     value, and derivative by each parameter
 /// and, for a lobe, with theta in the anisotropic form (see kernels/terms/half_vectors.cl)
 ///     geometry NAME_sample(wo, theta, u1, u2)            wi drawn from two uniform numbers
@@ -45,7 +47,8 @@ struct Model {
     std::string equation; ///< paper and equation
     /// Isotropic and anisotropic form; equal where the model has one form only.
     std::vector<Parameter> isotropic, anisotropic;
-    /// Planes that NAME_prepare fills in the isotropic and the anisotropic form.
+    /// Planes that NAME_prepare fills in the isotropic and the anisotropic form, NAME_PLANES of the
+    /// kernel file: a program where they differ does not build.
     int isotropic_planes = 0, anisotropic_planes = 0;
     bool reciprocal = true;
     bool conserves_energy =

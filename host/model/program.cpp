@@ -3,6 +3,7 @@
 #include "host/device/kernels.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <fmt/format.h>
 
 namespace brdfit {
@@ -31,13 +32,20 @@ std::string generated_text(const Structure& structure) {
     std::string bases;
     for (const DerivativeEntry& entry : layout.entries)
         bases += fmt::format("{}, ", entry.basis);
-    std::string text = fmt::format(
-        "#line 1 \"generated\"\n"
-        "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
-        "#define PARAMETERS {}\n#define ENTRY_BASIS {{{}0}}\n",
-        layout.basis, layout.entries.size(), layout.planes,
-        // of a set; where there are tables, there is one set
-        structure.has_tables() ? 0 : std::max<std::size_t>(1, layout.parameters.size()), bases);
+    std::string text = fmt::format("#line 1 \"generated\"\n"
+                                   "#define BASIS {}\n#define ENTRIES {}\n#define PLANES {}\n"
+                                   "#define PARAMETERS {}\n#define ENTRY_BASIS {{{}0}}\n",
+                                   layout.basis, layout.entries.size(), layout.planes,
+                                   parameter_stride(structure), bases);
+    // The catalogue says how many planes the host makes room for, the kernel how many it fills.
+    for (const PlacedModel& p : placed) {
+        std::string macro = p.model->identifier();
+        std::transform(macro.begin(), macro.end(), macro.begin(),
+                       [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+        text += fmt::format("typedef char {}_fills_the_planes_of_the_catalogue[{}_PLANES == {} ? 1 "
+                            ": -1];\n",
+                            p.model->identifier(), macro, p.model->planes(structure.isotropic));
+    }
     const bool lobes = !structure.lobes.empty();
     text += fmt::format("#define FRESNEL {}\n#define LAST_LOBE {}\n",
                         lobes && structure.lobes.back()->fresnel() ? 1 : 0,
@@ -91,17 +99,34 @@ std::string generated_sampling(const Structure& structure) {
            densities + "}\n";
 }
 
+// One of the variants of passes/sums.cl.
+std::string sums_pass(const char* name, const char* with_gradient, const char* with_normal) {
+    return kernel_variant(
+        "passes/sums.cl",
+        {{"NAME", name}, {"WITH_GRADIENT", with_gradient}, {"WITH_NORMAL", with_normal}});
+}
+
+// One of the variants of passes/loss.cl. (`log` alone cannot be a macro's value: it may be a
+// macro.)
+std::string loss_passes(const std::string& name) {
+    const std::string compress = name + "_compress", loss = name + "_loss",
+                      phi = "compressed_" + name, curvature = "curvature_" + name;
+    return kernel_variant("passes/loss.cl", {{"COMPRESS", compress.c_str()},
+                                             {"LOSS", loss.c_str()},
+                                             {"PHI", phi.c_str()},
+                                             {"CURVATURE", curvature.c_str()}});
+}
+
 // The structure's models and the functions that run them.
 std::string model_text(const Structure& structure) {
     std::string text = fmt::format("#define ROUGHNESSES {}\n", structure.isotropic ? 1 : 2);
     if (structure.has_tables())
         text = "#define TABLES\n" + text;
-    for (const char* shared :
-         {"base/common.cl", "base/geometry.cl", "terms/schlick.cl", "terms/beckmann.cl",
-          "terms/half_vectors.cl", "terms/cosine_power.cl", "terms/trowbridge_reitz.cl"})
-        text += kernel_text(shared);
+    text += kernel_texts({"base/common.cl", "base/direction_planes.h", "base/geometry.cl",
+                          "terms/schlick.cl", "terms/beckmann.cl", "terms/half_vectors.cl",
+                          "terms/cosine_power.cl", "terms/trowbridge_reitz.cl", "terms/erf.cl"});
     if (structure.has_tables())
-        text += kernel_text("terms/distribution.cl") + kernel_text("terms/grid.cl");
+        text += kernel_texts({"terms/table_words.h", "terms/distribution.cl", "terms/grid.cl"});
     for (const PlacedModel& p : placed_models(structure))
         text += kernel_text(fmt::format("models/{}.cl", p.model->name));
     return text + generated_text(structure);
@@ -114,21 +139,25 @@ cl::Program build_program(const Device& device, const Structure& structure, int 
     std::string text = fmt::format("#define CHANNELS {}\n#define CHUNK {}\n", channels, chunk) +
                        model_text(structure) + kernel_text("passes/evaluate.cl");
     if (!structure.has_tables()) // what has tables is not fitted
-        for (const char* pass :
-             {"passes/prepare.cl", "passes/sums.cl", "passes/loss.cl", "passes/search.cl"})
-            text += kernel_text(pass);
+        text += kernel_texts({"passes/prepare.h", "passes/prepare.cl", "passes/sums.h"}) +
+                sums_pass("basis_sums", "0", "0") + sums_pass("gradient_sums", "1", "0") +
+                sums_pass("normal_sums", "1", "1") + kernel_text("passes/residual.cl") +
+                kernel_text("passes/compressions.cl") + loss_passes("log") + loss_passes("cbrt") +
+                kernel_texts({"passes/metrics.cl", "passes/search.cl"});
     return build_kernels(device, text, structure.name());
 }
 
 cl::Program build_sample_program(const Device& device, const Structure& structure) {
     const std::string text = model_text(structure) + kernel_text("base/random.cl") +
-                             generated_sampling(structure) + kernel_text("passes/sample.cl");
+                             generated_sampling(structure) +
+                             kernel_texts({"passes/sample.h", "passes/sample.cl"});
     return build_kernels(device, text, structure.name());
 }
 
 cl::Program build_albedo_program(const Device& device, const Structure& structure) {
     const std::string text = model_text(structure) + kernel_text("base/random.cl") +
-                             generated_sampling(structure) + kernel_text("passes/albedo.cl");
+                             generated_sampling(structure) +
+                             kernel_texts({"passes/albedo.h", "passes/albedo.cl"});
     return build_kernels(device, text, structure.name());
 }
 

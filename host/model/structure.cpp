@@ -63,4 +63,10 @@ StructureLayout layout_of(const Structure& structure) {
     return layout;
 }
 
+std::size_t parameter_stride(const Structure& structure) {
+    return structure.has_tables()
+               ? 0
+               : std::max<std::size_t>(1, layout_of(structure).parameters.size());
+}
+
 } // namespace brdfit

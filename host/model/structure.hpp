@@ -40,6 +40,9 @@ struct StructureLayout {
 };
 
 StructureLayout layout_of(const Structure& structure);
+/// Words from one set of parameters to the next where a program takes several (PARAMETERS there); 0
+/// with tables: there is one set.
+std::size_t parameter_stride(const Structure& structure);
 
 /// A model of a structure with the first of its planes.
 struct PlacedModel {

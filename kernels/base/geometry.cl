@@ -1,5 +1,6 @@
 // Directions in the local frame: x tangent, y bitangent, z normal; wi to the light, wo to the viewer,
-// h = (wi + wo) / |wi + wo|, c = wi.h = wo.h. The planes of host/measured/samples.hpp, in its order.
+// h = (wi + wo) / |wi + wo|, c = wi.h = wo.h; iz, oz and hz in formulas are wi.z, wo.z and h.z. As planes,
+// in the order of direction_planes.h.
 
 typedef struct {
     real wi_x, wi_y, wi_z; // unit, wi_z > 0
@@ -8,22 +9,41 @@ typedef struct {
     real c;                // (0, 1]
 } geometry;
 
-#define DIRECTION_PLANES 10
-
 static inline geometry geometry_of(const real* plane)
 {
     geometry q;
-    q.wi_x = plane[0];
-    q.wi_y = plane[1];
-    q.wi_z = plane[2];
-    q.wo_x = plane[3];
-    q.wo_y = plane[4];
-    q.wo_z = plane[5];
-    q.h_x = plane[6];
-    q.h_y = plane[7];
-    q.h_z = plane[8];
-    q.c = plane[9];
+    q.wi_x = plane[WI_X];
+    q.wi_y = plane[WI_Y];
+    q.wi_z = plane[WI_Z];
+    q.wo_x = plane[WO_X];
+    q.wo_y = plane[WO_Y];
+    q.wo_z = plane[WO_Z];
+    q.h_x = plane[H_X];
+    q.h_y = plane[H_Y];
+    q.h_z = plane[H_Z];
+    q.c = plane[HALF_COSINE];
     return q;
+}
+
+// Fills the planes WI_X to WO_Z.
+static inline void write_directions(geometry q, real* plane)
+{
+    plane[WI_X] = q.wi_x;
+    plane[WI_Y] = q.wi_y;
+    plane[WI_Z] = q.wi_z;
+    plane[WO_X] = q.wo_x;
+    plane[WO_Y] = q.wo_y;
+    plane[WO_Z] = q.wo_z;
+}
+
+// Fills all DIRECTION_PLANES.
+static inline void write_geometry(geometry q, real* plane)
+{
+    write_directions(q, plane);
+    plane[H_X] = q.h_x;
+    plane[H_Y] = q.h_y;
+    plane[H_Z] = q.h_z;
+    plane[HALF_COSINE] = q.c;
 }
 
 // log(1 - lost) for lost < 1/2, exact also where 1 - lost rounds to 1 (Kahan: the rounding of the
@@ -74,7 +94,10 @@ static inline geometry above_horizon(geometry q, mask above)
 }
 
 // A BRDF value: 0 below the horizon, finite above it.
-static inline real finite_above(real f, mask above) { return above ? fmin(f, (real)(FLT_MAX)) : (real)(0.0f); }
+static inline real finite_above(real f, mask above)
+{
+    return above ? fmin(f, (real)(FLT_MAX)) : (real)(0.0f);
+}
 
 // Turns the derivatives of log g by the roughnesses or exponents into those of g.
 static inline void scale_by(real g, real* d)

@@ -1,21 +1,19 @@
-// Ashikhmin, Premoze 2007, distribution-based BRDF: g = F D / (4 (iz + oz - iz oz))
+// Ashikhmin, Premoze 2007, distribution-based BRDF:
+//     g = F D / (4 (iz + oz - iz oz)),   D of terms/beckmann.cl
+// computed as F exp(k - t) / (mx my),   k = -log(4 pi (iz + oz - iz oz)) - 4 log(hz)
 // theta: f0, m or mx my
+
+enum { ASHIKHMIN_PREMOZE_P5 = BECKMANN_PLANES, ASHIKHMIN_PREMOZE_PLANES };
 
 static inline void ashikhmin_premoze_prepare(geometry q, real* plane)
 {
-    beckmann_prepare(q, plane);
-    plane[ROUGHNESSES] =
-        -log(4.0f * PI * (q.wi_z + q.wo_z - q.wi_z * q.wo_z)) - 4.0f * log_hz(q);
-    plane[ROUGHNESSES + 1] = schlick_p5(q);
+    beckmann_prepare(q, -log(4.0f * PI * (q.wi_z + q.wo_z - q.wi_z * q.wo_z)) - 4.0f * log_hz(q), plane);
+    plane[ASHIKHMIN_PREMOZE_P5] = schlick_p5(q);
 }
 
 static inline real ashikhmin_premoze(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
-    const real p5 = plane[ROUGHNESSES + 1];
-    const real s = beckmann(plane, plane[ROUGHNESSES], theta + 1, d + 1);
-    const real g = schlick_times(p5, theta[0], s, d);
-    scale_by(g, d + 1);
-    return g;
+    return beckmann_fresnel_lobe(plane, plane[LOG_FACTOR], plane[ASHIKHMIN_PREMOZE_P5], theta, d);
 }
 
 // Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.

@@ -1,21 +1,20 @@
 // Ashikhmin, Shirley 2000, Eq. 4:
 //     g = sqrt((nu + 1)(nv + 1)) / (8 pi) hz^e F / (c max(iz, oz)),
 //     e = (nu h.x^2 + nv h.y^2) / (1 - hz^2)
+// computed, as in terms/cosine_power.cl, as
+//     F sqrt((nu + 1)(nv + 1)) exp(k + e log(hz)),   k = -log(8 pi c max(iz, oz))
 // theta: f0, n or nu nv
+
+enum { ASHIKHMIN_SHIRLEY_PLANES = COSINE_POWER_PLANES };
 
 static inline void ashikhmin_shirley_prepare(geometry q, real* plane)
 {
-    cosine_power_prepare(q, 1.0f, plane);
-    plane[ROUGHNESSES] = -log(8.0f * PI * q.c * fmax(q.wi_z, q.wo_z));
-    plane[ROUGHNESSES + 1] = schlick_p5(q);
+    cosine_power_prepare(q, 1.0f, -log(8.0f * PI * q.c * fmax(q.wi_z, q.wo_z)), plane);
 }
 
 static inline real ashikhmin_shirley(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
-    const real s = cosine_power(plane, plane[ROUGHNESSES], theta + 1, d + 1);
-    const real g = schlick_times(plane[ROUGHNESSES + 1], theta[0], s, d);
-    scale_by(g, d + 1);
-    return g;
+    return cosine_power_lobe(plane, theta, d);
 }
 
 // Half vectors by Eq. 9 and 10, hz = (1 - u2)^(1/(e+1)).

@@ -1,26 +1,37 @@
 // Beckmann's distribution with its exact height-correlated Smith shadowing (Walter et al. 2007,
 // Heitz 2014):
-//     g = F D G2 / (4 iz oz),   G2 = 1 / (1 + L(wi) + L(wo)),
+//     g = F D G2 / (4 iz oz),   G2 = 1 / (1 + L(wi) + L(wo)),   D of terms/beckmann.cl,
 //     L = (erf(a) - 1) / 2 + exp(-a^2) / (2 a sqrt(pi)),   a = w.z / sqrt((w.x mx)^2 + (w.y my)^2)
+// computed as F exp(k - t) / (mx my) G2,   k = -log(4 pi) - log(iz oz) - 4 log(hz); and with s = 1 / a^2,
+// the sum over x and y of m^2 (w.x/w.z)^2,
+//     dL/ds = a exp(-a^2) / (4 sqrt(pi)),   dlog G2/dm = -G2 (dL/ds(wi) ds(wi)/dm + dL/ds(wo) ds(wo)/dm)
 // theta: f0, m or mx my
+
+enum {
+    BECKMANN_SMITH_P5 = BECKMANN_PLANES,
+    BECKMANN_SMITH_TANGENTS,
+    BECKMANN_SMITH_PLANES = BECKMANN_SMITH_TANGENTS + 2 * ROUGHNESSES
+};
+// Squared tangents of wi and wo along the axis of roughness k.
+#define TAN2_WI(k) (BECKMANN_SMITH_TANGENTS + 2 * (k))
+#define TAN2_WO(k) (BECKMANN_SMITH_TANGENTS + 2 * (k) + 1)
 
 static inline void beckmann_smith_prepare(geometry q, real* plane)
 {
-    beckmann_prepare(q, plane);
-    plane[ROUGHNESSES] = -log(4.0f * PI) - log_iz_oz(q) - 4.0f * log_hz(q);
-    plane[ROUGHNESSES + 1] = schlick_p5(q);
+    beckmann_prepare(q, -log(4.0f * PI) - log_iz_oz(q) - 4.0f * log_hz(q), plane);
+    plane[BECKMANN_SMITH_P5] = schlick_p5(q);
     const real ix = squared(q.wi_x / q.wi_z);
     const real iy = squared(q.wi_y / q.wi_z);
     const real ox = squared(q.wo_x / q.wo_z);
     const real oy = squared(q.wo_y / q.wo_z);
 #if ROUGHNESSES == 1
-    plane[3] = ix + iy;
-    plane[4] = ox + oy;
+    plane[TAN2_WI(0)] = ix + iy;
+    plane[TAN2_WO(0)] = ox + oy;
 #else
-    plane[4] = ix;
-    plane[5] = ox;
-    plane[6] = iy;
-    plane[7] = oy;
+    plane[TAN2_WI(0)] = ix;
+    plane[TAN2_WO(0)] = ox;
+    plane[TAN2_WI(1)] = iy;
+    plane[TAN2_WO(1)] = oy;
 #endif
 }
 
@@ -31,11 +42,8 @@ static inline real beckmann_lambda(real inverse2, real* slope)
     // grazing inverse2, and so L, may be infinite.
     const real a = rsqrt(fmin(fmax(inverse2, (real)(1.0f / 81)), (real)(1e37f)));
     const real gauss = exp(-a * a);
-    // erfc(a) = poly(t) exp(-a^2), to 1.5e-7 (Abramowitz and Stegun 7.1.26).
-    const real t = 1.0f / (1.0f + 0.3275911f * a);
-    const real erfc_share =
-        t * (0.254829592f +
-             t * (-0.284496736f + t * (1.421413741f + t * (-1.453152027f + t * 1.061405429f))));
+    const real t = erfc_variable(a);
+    const real erfc_share = t * erfc_polynomial(t); // erfc(a) / gauss
     *slope = gauss * a * (0.5f / 1.7724538509f);
     // exp(-a^2) / (2 a sqrt(pi)) = inverse2 *slope
     return fmax(inverse2 * *slope - 0.5f * erfc_share * gauss, (real)(0.0f));
@@ -43,65 +51,25 @@ static inline real beckmann_lambda(real inverse2, real* slope)
 
 static inline real beckmann_smith(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
-    const real p5 = plane[ROUGHNESSES + 1];
     real inverse2_i = 0.0f;
     real inverse2_o = 0.0f;
     for (int k = 0; k < ROUGHNESSES; ++k) {
         const float m = theta[1 + k];
-        inverse2_i += plane[ROUGHNESSES + 2 + 2 * k] * (m * m);
-        inverse2_o += plane[ROUGHNESSES + 3 + 2 * k] * (m * m);
+        inverse2_i += plane[TAN2_WI(k)] * (m * m);
+        inverse2_o += plane[TAN2_WO(k)] * (m * m);
     }
     real slope_i, slope_o;
     const real g2 = 1.0f / (1.0f + beckmann_lambda(inverse2_i, &slope_i) +
                             beckmann_lambda(inverse2_o, &slope_o));
-    const real s = beckmann(plane, plane[ROUGHNESSES], theta + 1, d + 1) * g2;
-    const real g = schlick_times(p5, theta[0], s, d);
+    const real s = beckmann(plane, plane[LOG_FACTOR], theta + 1, d + 1) * g2;
+    const real g = schlick_times(plane[BECKMANN_SMITH_P5], theta[0], s, d);
     for (int k = 0; k < ROUGHNESSES; ++k) {
         // d (1/a^2) / d m = 2 m tan_k^2
         const float m = theta[1 + k];
-        const real by_m = m * (slope_i * plane[ROUGHNESSES + 2 + 2 * k] +
-                               slope_o * plane[ROUGHNESSES + 3 + 2 * k]);
+        const real by_m = m * (slope_i * plane[TAN2_WI(k)] + slope_o * plane[TAN2_WO(k)]);
         d[1 + k] = g * (d[1 + k] - by_m * g2);
     }
     return g;
-}
-
-// 1 + erf(x), to 1.5e-7 (Abramowitz and Stegun 7.1.26); `gauss`: exp(-x^2).
-static inline real one_plus_erf(real x, real gauss)
-{
-    const real t = 1.0f / (1.0f + 0.3275911f * fabs(x));
-    const real tail = gauss * t *
-                      (0.254829592f +
-                       t * (-0.284496736f +
-                            t * (1.421413741f + t * (-1.453152027f + t * 1.061405429f))));
-    return x < 0.0f ? tail : 2.0f - tail;
-}
-
-// The inverse of erf (Giles 2010).
-static inline real inverse_erf(real x)
-{
-    const real w = -log((1.0f - x) * (1.0f + x));
-    const real a = w - 2.5f;
-    real p = 2.81022636e-08f;
-    p = 3.43273939e-07f + p * a;
-    p = -3.5233877e-06f + p * a;
-    p = -4.39150654e-06f + p * a;
-    p = 0.00021858087f + p * a;
-    p = -0.00125372503f + p * a;
-    p = -0.00417768164f + p * a;
-    p = 0.246640727f + p * a;
-    p = 1.50140941f + p * a;
-    const real b = sqrt(w) - 3.0f;
-    real q = -0.000200214257f;
-    q = 0.000100950558f + q * b;
-    q = 0.00134934322f + q * b;
-    q = -0.00367342844f + q * b;
-    q = 0.00573950773f + q * b;
-    q = -0.0076224613f + q * b;
-    q = 0.00943887047f + q * b;
-    q = 1.00167406f + q * b;
-    q = 2.83297682f + q * b;
-    return x * (w < 5.0f ? p : q);
 }
 
 // The slope x along a direction at (sine, cosine) from the normal, of normals visible from it: the
@@ -119,8 +87,8 @@ static inline real visible_slope(real sine, real cosine, real u)
     // Newton's steps do not overshoot from a start further out where x < 0, which either part of the
     // integral alone gives, and from one further in where x > 0: the second part is at most sine / 2.
     const mask right = wanted > cosine * half_root_pi + 0.5f * sine;
-    const real erf_part = inverse_erf(clamp((wanted - (right ? 0.5f * sine : (real)(0.0f))) / (cosine * half_root_pi) - 1.0f,
-                                            -0.999999f, 0.999999f));
+    const real erf_alone = (wanted - (right ? 0.5f * sine : (real)(0.0f))) / (cosine * half_root_pi) - 1.0f;
+    const real erf_part = inverse_erf(clamp(erf_alone, -0.999999f, 0.999999f));
     const real gauss_part = 2.0f * wanted < sine ? -sqrt(-log(fmax(2.0f * wanted / sine, (real)(1e-9f))))
                                                  : (real)(4.5f);
     real x = clamp(right ? fmax(erf_part, (real)(0.0f)) : fmin(erf_part, gauss_part), lower, upper);

@@ -1,14 +1,17 @@
-// Blinn 1977, normalised as a distribution: g = (n + 2) / (2 pi) hz^n
+// Blinn 1977, normalised as a distribution of half vectors by solid angle:
+//     g = (n + 2) / (2 pi) hz^n,   hz^n = exp(n log(hz))
 // theta: n
 
-static inline void blinn_phong_prepare(geometry q, real* plane) { plane[0] = log_hz(q); }
+enum { BLINN_PHONG_LOG_HZ, BLINN_PHONG_PLANES };
+
+static inline void blinn_phong_prepare(geometry q, real* plane) { plane[BLINN_PHONG_LOG_HZ] = log_hz(q); }
 
 static inline real blinn_phong(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const float n = theta[0];
-    const real power = exp(n * plane[0]) * (0.5f / PI);
+    const real power = exp(n * plane[BLINN_PHONG_LOG_HZ]) * (0.5f / PI);
     const real g = (n + 2.0f) * power;
-    d[0] = power + g * plane[0];
+    d[0] = power + g * plane[BLINN_PHONG_LOG_HZ];
     return g;
 }
 
@@ -20,6 +23,7 @@ static inline geometry blinn_phong_sample(vector wo, PARAMETER_SPACE const float
     return reflected(wo, half_of_log(cosine, sine, log(u1) / (theta[0] + 2.0f)));
 }
 
+// Their density over 4 c.
 static inline real blinn_phong_density(geometry q, PARAMETER_SPACE const float* theta)
 {
     const float n = theta[0];

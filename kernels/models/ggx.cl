@@ -1,41 +1,29 @@
 // Trowbridge-Reitz (Walter et al. 2007) with height-correlated Smith shadowing (Heitz 2014):
-//     g = F D G2 / (4 iz oz),   D = 1 / (pi ax ay E^2),   E = (h.x/ax)^2 + (h.y/ay)^2 + hz^2,
-//     G2 = 1 / (1 + L(wi) + L(wo)),   L(w) = (sqrt(1 + ((w.x ax)^2 + (w.y ay)^2) / w.z^2) - 1) / 2
-// so that 4 iz oz / G2 = 2 (oz A(wi) + iz A(wo)) with A(w) = sqrt((w.x ax)^2 + (w.y ay)^2 + w.z^2).
+//     g = F D G2 / (4 iz oz),   G2 = 1 / (1 + L(wi) + L(wo)),   L(w) = (A(w) / w.z - 1) / 2
+// D, E and A of terms/trowbridge_reitz.cl. As 4 iz oz / G2 = 2 (oz A(wi) + iz A(wo)) = 2 V,
+//     g = F / (2 pi ax ay V E^2),   dlog g/da_k = -2 dlog E/da_k - dlog V/da_k - 1 / a_k
+//     dV/da_k = a_k (oz wi_k^2 / A(wi) + iz wo_k^2 / A(wo))
 // theta: f0, a or ax ay
+
+enum { GGX_PLANES = TROWBRIDGE_REITZ_PLANES };
 
 static inline void ggx_prepare(geometry q, real* plane) { trowbridge_reitz_prepare(q, plane); }
 
 static inline real ggx(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
-    const real iz = plane[3 * ROUGHNESSES + 1];
-    const real oz = plane[3 * ROUGHNESSES + 2];
-    const real p5 = plane[3 * ROUGHNESSES + 3];
-    real e = plane[3 * ROUGHNESSES];
-    real a_i = iz * iz;
-    real a_o = oz * oz;
-    float product = 1.0f; // ax ay
-    for (int k = 0; k < ROUGHNESSES; ++k) {
-        const float a = theta[1 + k];
-        e += plane[3 * k] * (1.0f / (a * a));
-        a_i += plane[3 * k + 1] * (a * a);
-        a_o += plane[3 * k + 2] * (a * a);
-        product *= ROUGHNESSES == 1 ? a * a : a;
-    }
-    a_i = sqrt(a_i);
-    a_o = sqrt(a_o);
-    const real v = oz * a_i + iz * a_o;
-    const real a_i_o = a_i * a_o;
+    const trowbridge_reitz t = trowbridge_reitz_of(plane, theta + 1);
+    const real v = t.oz * t.a_i + t.iz * t.a_o;
+    const real a_i_o = t.a_i * t.a_o;
     const real inverse_v = 1.0f / v;
-    const real inverse = 1.0f / (e * a_i_o); // one division for two
+    const real inverse = 1.0f / (t.e * a_i_o); // one division for two
     const real inverse_e = inverse * a_i_o;
-    const real s = (0.5f / PI / product) * inverse_v * (inverse_e * inverse_e);
-    const real g = schlick_times(p5, theta[0], s, d);
+    const real s = (0.5f / PI / t.ax_ay) * inverse_v * (inverse_e * inverse_e);
+    const real g = schlick_times(t.p5, theta[0], s, d);
     for (int k = 0; k < ROUGHNESSES; ++k) {
         const float a = theta[1 + k];
-        const real by_e = plane[3 * k] * (4.0f / (a * a * a)) * inverse_e;
-        const real by_v = (oz * plane[3 * k + 1] * a_o + iz * plane[3 * k + 2] * a_i) *
-                          (a * inverse_v * inverse * e);
+        const real by_e = plane[H2(k)] * (4.0f / (a * a * a)) * inverse_e;
+        const real by_v = (t.oz * plane[WI2(k)] * t.a_o + t.iz * plane[WO2(k)] * t.a_i) *
+                          (a * inverse_v * inverse * t.e);
         d[1 + k] = g * (by_e - by_v - (ROUGHNESSES == 1 ? 2.0f : 1.0f) / a);
     }
     return g;

@@ -4,9 +4,19 @@
 //
 // With n up to 1e5 the base must be exact where it is near 1. So there 1 - base is summed from terms
 // that vanish: half the squared distance of wi from wo with its x and y signed like Cx and Cy, and
-// what the base loses as |Cx|, |Cy| and 1 are not all s.
-// Planes, for each axis (x and y, or both together): half the squared differences and sums of wi and wo
-// along it, their product; then half that of z, and the product of z.
+// what the base loses as |Cx|, |Cy| and 1 are not all s. As |wi| = |wo| = 1, with Cz = 1,
+//     1 - base = sum over k = x, y, z of (wi_k - sign(C_k) wo_k)^2 / 2
+//                                        + (1 - |C_k| / s) sign(C_k) wi_k wo_k
+
+// The planes: for each axis k (x and y, or both together) of wi and wo, then of z.
+#define NEAR2(k) (3 * (k))     // half the squared difference along it
+#define FAR2(k) (3 * (k) + 1)  // half the squared sum
+#define ALONG(k) (3 * (k) + 2) // the product
+enum {
+    LAFORTUNE_NEAR2_Z = 3 * ROUGHNESSES,
+    LAFORTUNE_ALONG_Z, // iz oz
+    LAFORTUNE_PLANES
+};
 
 static inline void lafortune_prepare(geometry q, real* plane)
 {
@@ -15,34 +25,34 @@ static inline void lafortune_prepare(geometry q, real* plane)
     const real far_x = 0.5f * squared(q.wi_x + q.wo_x);
     const real far_y = 0.5f * squared(q.wi_y + q.wo_y);
 #if ROUGHNESSES == 1
-    plane[0] = near_x + near_y;
-    plane[1] = far_x + far_y;
-    plane[2] = q.wi_x * q.wo_x + q.wi_y * q.wo_y;
+    plane[NEAR2(0)] = near_x + near_y;
+    plane[FAR2(0)] = far_x + far_y;
+    plane[ALONG(0)] = q.wi_x * q.wo_x + q.wi_y * q.wo_y;
 #else
-    plane[0] = near_x;
-    plane[1] = far_x;
-    plane[2] = q.wi_x * q.wo_x;
-    plane[3] = near_y;
-    plane[4] = far_y;
-    plane[5] = q.wi_y * q.wo_y;
+    plane[NEAR2(0)] = near_x;
+    plane[FAR2(0)] = far_x;
+    plane[ALONG(0)] = q.wi_x * q.wo_x;
+    plane[NEAR2(1)] = near_y;
+    plane[FAR2(1)] = far_y;
+    plane[ALONG(1)] = q.wi_y * q.wo_y;
 #endif
-    plane[3 * ROUGHNESSES] = 0.5f * squared(q.wi_z - q.wo_z);
-    plane[3 * ROUGHNESSES + 1] = q.wi_z * q.wo_z;
+    plane[LAFORTUNE_NEAR2_Z] = 0.5f * squared(q.wi_z - q.wo_z);
+    plane[LAFORTUNE_ALONG_Z] = q.wi_z * q.wo_z;
 }
 
 static inline real lafortune(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
     const float n = theta[ROUGHNESSES];
-    const real zz = plane[3 * ROUGHNESSES + 1];
+    const real zz = plane[LAFORTUNE_ALONG_Z];
     float s = 1.0f;
     for (int k = 0; k < ROUGHNESSES; ++k)
         s = fmax(s, fabs(theta[k]));
-    real loss = plane[3 * ROUGHNESSES] + (1.0f - 1.0f / s) * zz; // 1 - base
+    real loss = plane[LAFORTUNE_NEAR2_Z] + (1.0f - 1.0f / s) * zz; // 1 - base
     real product = zz;                                           // s base
     for (int k = 0; k < ROUGHNESSES; ++k) {
         const float c = theta[k];
-        const real along = plane[3 * k + 2];
-        loss += (c < 0.0f ? plane[3 * k + 1] : plane[3 * k]) +
+        const real along = plane[ALONG(k)];
+        loss += (c < 0.0f ? plane[FAR2(k)] : plane[NEAR2(k)]) +
                 (1.0f - fabs(c) / s) * (c < 0.0f ? -along : along);
         product += c * along;
     }
@@ -54,11 +64,11 @@ static inline real lafortune(const real* plane, PARAMETER_SPACE const float* the
     // By C_k: the product along the axis; where |C_k| is s that cancels, and the scale's slope stays.
     for (int k = 0; k < ROUGHNESSES; ++k) {
         const float c = theta[k];
-        const real along = plane[3 * k + 2];
+        const real along = plane[ALONG(k)];
 #if ROUGHNESSES == 1
         const real others = zz;
 #else
-        const real others = zz + theta[1 - k] * plane[3 * (1 - k) + 2];
+        const real others = zz + theta[1 - k] * plane[ALONG(1 - k)];
 #endif
         const real rest = others * (-sign(c) / s);
         d[k] = slope * (s > 1.0f && fabs(c) == s ? rest : along);

@@ -5,15 +5,9 @@
 // between the directions, in equal steps over [0, pi].
 // theta: none
 
-static inline void microfacet_lambertian_prepare(geometry q, real* plane)
-{
-    plane[0] = q.wi_x;
-    plane[1] = q.wi_y;
-    plane[2] = q.wi_z;
-    plane[3] = q.wo_x;
-    plane[4] = q.wo_y;
-    plane[5] = q.wo_z;
-}
+enum { MICROFACET_LAMBERTIAN_PLANES = WO_Z + 1 };
+
+static inline void microfacet_lambertian_prepare(geometry q, real* plane) { write_directions(q, plane); }
 
 // Cubic in all three coordinates. Azimuths are mirrored at both ends.
 static inline float facets_at(PARAMETER_SPACE const float* plane, int rows, int columns, float row_i,
@@ -43,20 +37,22 @@ static inline float facets_at(PARAMETER_SPACE const float* plane, int rows, int 
 static inline real microfacet_lambertian(const real* plane, PARAMETER_SPACE const float* theta,
                                          PARAMETER_SPACE const float* table, real* d)
 {
-    const vector wi = {plane[0], plane[1], plane[2]};
-    const vector wo = {plane[3], plane[4], plane[5]};
-    const real scale = (FACET_ROWS - 1.0f) / (GRID_ROWS - 1.0f);
+    const vector wi = wi_at(plane);
+    const vector wo = wo_at(plane);
+    const real scale = (table[FACET_ROWS] - 1.0f) / (table[GRID_ROWS] - 1.0f);
     const real row_i = grid_row(table, wi) * scale;
     const real row_o = grid_row(table, wo) * scale;
     const real phi = atan2(fabs(wi.x * wo.y - wi.y * wo.x), wi.x * wo.x + wi.y * wo.y);
-    const real column = phi * ((FACET_COLUMNS - 1.0f) / PI);
+    const real column = phi * ((table[FACET_COLUMNS] - 1.0f) / PI);
     real t = 0.0f;
     for (int lane = 0; lane < V; ++lane)
-        ((float*)&t)[lane] = facets_at(table + (int)FACETS, (int)FACET_ROWS, (int)FACET_COLUMNS,
-                                       ((const float*)&row_i)[lane], ((const float*)&row_o)[lane],
-                                       ((const float*)&column)[lane]);
+        ((float*)&t)[lane] =
+            facets_at(table + (int)table[FACETS], (int)table[FACET_ROWS], (int)table[FACET_COLUMNS],
+                      ((const float*)&row_i)[lane], ((const float*)&row_o)[lane],
+                      ((const float*)&column)[lane]);
     return (1.0f / PI) * fmax(t, (real)(0.0f)) *
-           shadowing(table, wi, wo, visible_area(table, wi), visible_area(table, wo), CORRELATED > 0.0f);
+           shadowing(table, wi, wo, visible_area(table, wi), visible_area(table, wo),
+                     table[CORRELATED] > 0.0f);
 }
 
 static inline geometry microfacet_lambertian_sample(vector wo, PARAMETER_SPACE const float* theta,

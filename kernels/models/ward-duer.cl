@@ -1,17 +1,19 @@
-// Duer 2005: g = exp(-tan^2_h / m^2) / (4 pi mx my iz oz)
+// Duer 2005, Ward's model without the root:
+//     g = exp(-t) / (4 pi mx my iz oz),   t = tan^2_h (cos^2 phi_h/mx^2 + sin^2 phi_h/my^2)
+// which is D hz^4 / (4 iz oz) with D of terms/beckmann.cl; computed as
+// exp(k - t) / (mx my),   k = -log(4 pi) - log(iz oz)
 // theta: m or mx my
+
+enum { WARD_DUER_PLANES = BECKMANN_PLANES };
 
 static inline void ward_duer_prepare(geometry q, real* plane)
 {
-    beckmann_prepare(q, plane);
-    plane[ROUGHNESSES] = -log(4.0f * PI) - log_iz_oz(q);
+    beckmann_prepare(q, -log(4.0f * PI) - log_iz_oz(q), plane);
 }
 
 static inline real ward_duer(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
-    const real g = beckmann(plane, plane[ROUGHNESSES], theta, d);
-    scale_by(g, d);
-    return g;
+    return beckmann_lobe(plane, theta, d);
 }
 
 // Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.

@@ -2,15 +2,9 @@
 // parameters at once. After the generated text (see host/model/program.cpp) that also defines
 //     component_sample(j, wo, theta, u1, u2)    wi of component j: 0 diffuse, 1.. lobes
 //     component_densities(q, theta, p)          p[j], its density
-// A task is an integral: tasks[t] = component j, strategy + 4 power, first and number of its samples;
+// A task is an integral: tasks[t] = component j, strategy + STRATEGIES power (albedo.h), first and number of
+// its samples;
 // wo[t] = direction, and in w an index of refraction or 0; thetas[t * PARAMETERS..] its parameters.
-
-#define OWN 0          // the component's own sampler alone
-#define CLIPPED 1      // own sampler, with u1 from above where wi meets the horizon
-#define OWN_SHARED 2   // own sampler, weighed against the horizon's
-#define HORIZON 3      // the horizon's sampler, weighed against the component's own
-
-#define STEPS 8 // evenly spaced points along u1 that share the search for that
 
 // iz = u1^power at a uniform azimuth. Weighed against this, a component that grows towards the
 // horizon less than iz^(1 / power - 1) vanishes there.
@@ -29,7 +23,7 @@ static inline real horizon_density(geometry q, float power)
     return (0.5f / PI / power) * exp((1.0f / power - 1.0f) * log(q.wi_z));
 }
 
-// A u1 a little below the one above which wi is above the horizon (see kernels/terms/half_vectors.cl). Searched
+// A u1 a little below the one above which wi is above the horizon (see terms/half_vectors.cl). Searched
 // in -log(u1), in which the slopes of half vectors are smooth, by secants that keep the root between
 // them and, every third step, a half.
 static inline real rising(int j, vector wo, PARAMETER_SPACE const float* theta, real u2)
@@ -69,7 +63,7 @@ static inline real dielectric(real c, float ior)
 }
 
 // Sums over a group's samples of the weights b_j iz / p, and of those times (1 - c)^5 or, where an
-// index of refraction is given, times Fresnel's reflectance: out[(t * groups + g) * 2 + 0, 1].
+// index of refraction is given, times Fresnel's reflectance: out[(t * groups + g) * ALBEDO_SUMS..].
 // Group g handles replicate g % replicates, whose two scrambles are keys[replicate], and part
 // g / replicates of the task's samples; all are multiples of V.
 __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
@@ -81,8 +75,8 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
     const uint group = get_group_id(0);
     const uint4 task = tasks[t];
     const int j = task.x;
-    const uint strategy = task.y % 4;
-    const float power = task.y / 4;
+    const uint strategy = task.y % STRATEGIES;
+    const float power = task.y / STRATEGIES;
     const int steps = strategy == CLIPPED ? STEPS : 1;
     const uint2 key = keys[group % replicates];
     const uint begin = group / replicates * part;
@@ -90,7 +84,7 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
     PARAMETER_SPACE const float* theta = thetas + t * PARAMETERS;
     const float4 w = wo_[t];
     const vector wo = {(real)(w.x), (real)(w.y), (real)(w.z)};
-    real sum[2] = {0.0f, 0.0f};
+    real sum[ALBEDO_SUMS] = {0.0f, 0.0f};
     for (uint i = begin + get_local_id(0) * V; i < end; i += LS * V) {
         const ureal index = task.z + i + lane_numbers();
         const real u2 = unit_interval(sobol_1(index, key.y));
@@ -114,19 +108,17 @@ __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void albedo(
                                  (power == 0.0f ? (real)(0.0f) : horizon_density(q, power));
             const real f = share * fmin(b[j], (real)(FLT_MAX)) * (q.wi_z / density);
             const real weight = above && density > 0.0f ? fmin(f, (real)(1e30f)) : (real)(0.0f);
-            sum[0] += weight;
-            sum[1] += weight * (w.w > 0.0f ? dielectric(q.c, w.w) : schlick_p5(q));
+            sum[ALBEDO_ALL] += weight;
+            sum[ALBEDO_WEIGHTED] += weight * (w.w > 0.0f ? dielectric(q.c, w.w) : schlick_p5(q));
             u1 += 1.0f / STEPS;
             u1 -= u1 < 1.0f ? (real)(0.0f) : (real)(1.0f);
         }
     }
-    write_group_sums(sum, 2, scratch, out + ((ulong)t * get_num_groups(0) + group) * 2);
+    write_group_sums(sum, ALBEDO_SUMS, scratch, out + ((ulong)t * get_num_groups(0) + group) * ALBEDO_SUMS);
 }
 
 // How a component behaves at the horizon: the largest b_j iz over azimuths of wi, at iz = NEAR and at
-// iz = NEARER, into out[2t] and out[2t + 1]. One work-item a task.
-#define NEAR 1e-12f
-#define NEARER 1e-18f
+// iz = NEARER, into out[t * HORIZON_VALUES..]. One work-item a task.
 #define HORIZON_AZIMUTHS 64
 
 // The azimuths lie closer and closer to the one opposite to wo, where sharp lobes are: half vectors turn
@@ -166,6 +158,8 @@ __kernel void horizon(__global const float4* wo_, __global const uint4* tasks,
         return;
     const float4 w = wo_[t];
     const vector wo = {(real)(w.x), (real)(w.y), (real)(w.z)};
-    out[2 * t] = horizon_value(tasks[t].x, wo, thetas + t * PARAMETERS, NEAR);
-    out[2 * t + 1] = horizon_value(tasks[t].x, wo, thetas + t * PARAMETERS, NEARER);
+    out[t * HORIZON_VALUES + VALUE_NEAR] =
+        horizon_value(tasks[t].x, wo, thetas + t * PARAMETERS, NEAR);
+    out[t * HORIZON_VALUES + VALUE_NEARER] =
+        horizon_value(tasks[t].x, wo, thetas + t * PARAMETERS, NEARER);
 }

@@ -1,4 +1,5 @@
-// The passes over measured samples that fitting needs. After the generated text (see evaluate.cl),
+// The passes over measured samples that fitting needs: this one, sums.cl, residual.cl, loss.cl, metrics.cl
+// and search.cl. After the generated text (see evaluate.cl),
 // which also defines
 //     CHANNELS     channels of the file
 //     CHUNK        channels a sums pass handles at once; values are padded to whole chunks
@@ -12,10 +13,10 @@
 // chunks, so that few prefetchers follow few streams; on a GPU neighbouring items read neighbouring samples.
 #if LS == 1
 #define PLANE_AT(stride, i, p) ((ulong)(i) * PLANES + (p))
-#define VALUE_AT(stride, i, ch) (((ulong)((ch) / CHUNK) * (stride) + (i)) * CHUNK + (ch) % CHUNK)
+#define VALUE_AT(stride, i, ch) VALUE_IN_CHUNK((ulong)(stride), i, ch, CHUNK)
 #else
 #define PLANE_AT(stride, i, p) ((ulong)(p) * (stride) + (i))
-#define VALUE_AT(stride, i, ch) ((ulong)(ch) * (stride) + (i))
+#define VALUE_AT(stride, i, ch) VALUE_IN_PLANE((ulong)(stride), i, ch)
 #endif
 
 __constant const int entry_basis[ENTRIES + 1] = ENTRY_BASIS;

@@ -7,8 +7,6 @@
 
 // table[j][i][k]: wo of height max((i / (HEIGHTS-1))^2, LEAST_HEIGHT) and azimuth k / (AZIMUTHS-1) pi/2.
 // The table only has to resemble the albedo; the other quadrants are taken as mirror images.
-#define HEIGHTS 32
-#define AZIMUTHS 9
 #define LEAST_HEIGHT 1e-4f
 #define TABLE_SAMPLES 128
 
@@ -61,7 +59,8 @@ static inline void probabilities(__global const float* table, __global const flo
 }
 
 // Sample number first + i for every i below V * count:
-// out[0..2][i] wi, out[3][i] pdf, out[4 + channel][i] the weight f iz / pdf; both 0 below the horizon.
+// the planes wi, pdf and, a channel each, the weight f iz / pdf (drawn_plane); the latter two 0 below the
+// horizon.
 // keys: the seed (Philox), or the three dimensions' scrambles (Sobol).
 __kernel void sample(float4 wo_, uint4 keys, int sobol, uint first, uint count,
                      PARAMETER_SPACE const float* theta, __global const float* table,
@@ -98,7 +97,7 @@ __kernel void sample(float4 wo_, uint4 keys, int sobol, uint first, uint count,
             passed += probability[j];
         }
 
-        const vector wi = {q.wi_x, q.wi_y, q.wi_z};
+        const vector wi = wi_of(q);
         const mask above = q.wi_z > 0.0f && q.wo_z > 0.0f;
         q = above_horizon(q, above);
         real p[BASIS], plane[PLANES + 1], b[BASIS], d[ENTRIES + 1];
@@ -107,10 +106,10 @@ __kernel void sample(float4 wo_, uint4 keys, int sobol, uint first, uint count,
         for (int j = 0; j < BASIS; ++j)
             pdf += probability[j] * fmin(p[j], (real)(FLT_MAX));
         pdf = finite_above(pdf, above);
-        out[i] = wi.x;
-        out[i + count] = wi.y;
-        out[i + 2 * (ulong)count] = wi.z;
-        out[i + 3 * (ulong)count] = pdf;
+        out[i + DRAWN_WI_X * (ulong)count] = wi.x;
+        out[i + DRAWN_WI_Y * (ulong)count] = wi.y;
+        out[i + DRAWN_WI_Z * (ulong)count] = wi.z;
+        out[i + DRAWN_PDF * (ulong)count] = pdf;
         material_prepare(q, plane);
         material_basis(plane, theta, b, d);
         const real scale = pdf > 0.0f ? q.wi_z / pdf : (real)(0.0f);
@@ -118,7 +117,8 @@ __kernel void sample(float4 wo_, uint4 keys, int sobol, uint first, uint count,
             real f = 0.0f;
             for (int j = 0; j < BASIS; ++j)
                 f += coefficients[ch * BASIS + j] * fmin(b[j], (real)(FLT_MAX));
-            out[i + (4 + ch) * (ulong)count] = finite_above(fmin(f, (real)(FLT_MAX)) * scale, above);
+            out[i + (DRAWN_WEIGHTS + ch) * (ulong)count] =
+                finite_above(fmin(f, (real)(FLT_MAX)) * scale, above);
         }
     }
 }

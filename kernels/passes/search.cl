@@ -35,7 +35,7 @@ __kernel void shape_rows(__global const real* planes, __global const real* weigh
 //     W s^2 | W s b_0 [| W s t | W t^2 | W t b_0 | W t y_ch] | W s y_ch, y_ch the chunk's channels
 // b_0 is the diffuse shape at f0 = 0; theta: [candidate][parameters]. A work-item carries CANDIDATES of
 // them at once, so that a sample is read once for all. Group (tile, block, chunk) writes its tile's sums.
-#define SHAPE_SUMS (FRESNEL ? 5 + 2 * CHUNK : 2 + CHUNK)
+#define SUMS SHAPE_SUMS(FRESNEL, CHUNK)
 __kernel __attribute__((reqd_work_group_size(LS, 1, 1))) void
 shape_sums(__global const real* planes, __global const real* values, __global const real* weights,
            uint stride, PARAMETER_SPACE const float* theta, int parameters, uint count,
@@ -45,9 +45,9 @@ shape_sums(__global const real* planes, __global const real* values, __global co
     const uint first = get_group_id(0) * CANDIDATES;
     const uint begin = get_group_id(1) * BLOCK;
     const uint chunk = get_group_id(2);
-    real sum[CANDIDATES * SHAPE_SUMS];
+    real sum[CANDIDATES * SUMS];
 #pragma unroll
-    for (int k = 0; k < CANDIDATES * SHAPE_SUMS; ++k)
+    for (int k = 0; k < CANDIDATES * SUMS; ++k)
         sum[k] = 0.0f;
     for (uint i = begin + get_local_id(0); i < begin + BLOCK; i += LS) {
         real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], wy[CHUNK];
@@ -60,19 +60,19 @@ shape_sums(__global const real* planes, __global const real* values, __global co
         const real wb = w * b[0];
 #pragma unroll
         for (int c = 0; c < CANDIDATES; ++c) {
-            real* const to = sum + c * SHAPE_SUMS;
+            real* const to = sum + c * SUMS;
             material_basis(plane, theta + min(first + c, count - 1) * parameters, b, d);
             const real s = b[BASIS - 1];
             const real ws = w * s;
-            to[0] += ws * s;
-            to[1] += wb * s;
-            int k = 2;
+            to[SHAPE_SS] += ws * s;
+            to[SHAPE_SB] += wb * s;
+            int k = SHAPE_ST;
 #if FRESNEL
             const real t = d[LAST_LOBE];
-            to[2] += ws * t;
-            to[3] += w * t * t;
-            to[4] += wb * t;
-            k = 5;
+            to[SHAPE_ST] += ws * t;
+            to[SHAPE_TT] += w * t * t;
+            to[SHAPE_TB] += wb * t;
+            k = SHAPE_FIRST_Y;
 #pragma unroll
             for (int ch = 0; ch < CHUNK; ++ch)
                 to[k++] += wy[ch] * t;
@@ -82,7 +82,8 @@ shape_sums(__global const real* planes, __global const real* values, __global co
                 to[k++] += wy[ch] * s;
         }
     }
-    write_group_sums(sum, CANDIDATES * SHAPE_SUMS, scratch,
+    write_group_sums(sum, CANDIDATES * SUMS, scratch,
                      out + (((ulong)chunk * get_num_groups(1) + get_group_id(1)) * get_num_groups(0) +
-                            get_group_id(0)) * (CANDIDATES * SHAPE_SUMS));
+                            get_group_id(0)) * (CANDIDATES * SUMS));
 }
+#undef SUMS

@@ -1,35 +1,69 @@
-// The Beckmann exponential that the Kurt and Ward families and Cook-Torrance share.
-//
-// Each of these models is exp(-t + k) / (mx my), with t = (h.x/mx)^2/hz^2 + (h.y/my)^2/hz^2 and k the
-// logarithm of what depends on the directions alone; merging all factors into one exponential keeps
-// it finite where hz^-4 overflows and exp(-t) vanishes.
-// ROUGHNESSES: 1 (isotropic form, one plane tan2) or 2 (planes tan2_x, tan2_y).
+// Beckmann's distribution, which the Kurt and Ward families, Cook-Torrance and Beckmann-Smith share:
+//     D = exp(-t) / (pi mx my hz^4),
+//     t = ((h.x/mx)^2 + (h.y/my)^2) / hz^2 = tan^2_h (cos^2 phi_h/mx^2 + sin^2 phi_h/my^2)
+// Each of these models is, but for F,
+//     g = exp(k - t) / (mx my)
+// with k the logarithm of all factors that depend on the directions alone, log(1 / (pi hz^4) ...): one
+// exponential of a sum stays finite where hz^-4 overflows and exp(-t) vanishes. So
+//     dlog g/dmx = (2 (h.x/(mx hz))^2 - 1) / mx,   for a single roughness m: dlog g/dm = 2 (t - 1) / m
+// ROUGHNESSES: 1 (isotropic form) or 2.
 
-static inline void beckmann_prepare(geometry q, real* plane)
+// The planes that these models begin with.
+enum {
+#if ROUGHNESSES == 1
+    TAN2, // tan^2_h
+#else
+    TAN2_X, // (h.x/hz)^2
+    TAN2_Y,
+#endif
+    LOG_FACTOR, // k
+    BECKMANN_PLANES
+};
+
+static inline void beckmann_prepare(geometry q, real log_factor, real* plane)
 {
 #if ROUGHNESSES == 1
-    plane[0] = tan2_x(q) + tan2_y(q);
+    plane[TAN2] = tan2_x(q) + tan2_y(q);
 #else
-    plane[0] = tan2_x(q);
-    plane[1] = tan2_y(q);
+    plane[TAN2_X] = tan2_x(q);
+    plane[TAN2_Y] = tan2_y(q);
 #endif
+    plane[LOG_FACTOR] = log_factor;
 }
 
-// exp(exponent - t) / (mx my), and in d[] the derivative of its logarithm by each roughness.
-static inline real beckmann(const real* plane, real exponent, PARAMETER_SPACE const float* m, real* d)
+// exp(k - t) / (mx my), and in d[] the derivative of its logarithm by each roughness.
+static inline real beckmann(const real* plane, real k, PARAMETER_SPACE const float* m, real* d)
 {
 #if ROUGHNESSES == 1
     const float inverse = 1.0f / m[0];
-    const real t = plane[0] * (inverse * inverse);
+    const real t = plane[TAN2] * (inverse * inverse);
     d[0] = (2.0f * inverse) * (t - 1.0f);
-    return exp(exponent - t) * (inverse * inverse);
+    return exp(k - t) * (inverse * inverse);
 #else
     const float ix = 1.0f / m[0];
     const float iy = 1.0f / m[1];
-    const real tx = plane[0] * (ix * ix);
-    const real ty = plane[1] * (iy * iy);
+    const real tx = plane[TAN2_X] * (ix * ix);
+    const real ty = plane[TAN2_Y] * (iy * iy);
     d[0] = ix * (2.0f * tx - 1.0f);
     d[1] = iy * (2.0f * ty - 1.0f);
-    return exp(exponent - tx - ty) * (ix * iy);
+    return exp(k - tx - ty) * (ix * iy);
 #endif
+}
+
+// A lobe without F: theta is m or mx my.
+static inline real beckmann_lobe(const real* plane, PARAMETER_SPACE const float* theta, real* d)
+{
+    const real g = beckmann(plane, plane[LOG_FACTOR], theta, d);
+    scale_by(g, d);
+    return g;
+}
+
+// A lobe with F: theta is f0, then m or mx my.
+static inline real beckmann_fresnel_lobe(const real* plane, real k, real p5,
+                                         PARAMETER_SPACE const float* theta, real* d)
+{
+    const real s = beckmann(plane, k, theta + 1, d + 1);
+    const real g = schlick_times(p5, theta[0], s, d);
+    scale_by(g, d + 1);
+    return g;
 }

@@ -1,32 +1,60 @@
-// The power of the half vector's cosine that Ashikhmin-Shirley and Edwards share: hz^(scale e) with
-//     e = nx cos^2 phi_h + ny sin^2 phi_h
-// ROUGHNESSES: 1 (isotropic form, one plane) or 2.
+// The power of the half vector's cosine that Ashikhmin-Shirley and Edwards share,
+//     hz^(scale e),   e = nx cos^2 phi_h + ny sin^2 phi_h = (nx h.x^2 + ny h.y^2) / (1 - hz^2)
+// Each of these models is, but for F,
+//     g = sqrt((nx + 1)(ny + 1)) exp(k + scale e log(hz))
+// with k the logarithm of all factors that depend on the directions alone, so that
+//     dlog g/dnx = scale log(hz) cos^2 phi_h + 1 / (2 (nx + 1))
+// ROUGHNESSES: 1 (isotropic form, e = n) or 2.
 
-// scale log(hz) for each exponent, so that they add up to scale e log(hz).
-static inline void cosine_power_prepare(geometry q, float scale, real* plane)
+// The planes that these models are made of.
+enum {
+#if ROUGHNESSES == 1
+    LOG_POWER, // scale log(hz)
+#else
+    LOG_POWER_X, // scale log(hz) cos^2 phi_h
+    LOG_POWER_Y, // scale log(hz) sin^2 phi_h
+#endif
+    COSINE_POWER_LOG_FACTOR, // k
+    COSINE_POWER_P5,         // (1 - c)^5
+    COSINE_POWER_PLANES
+};
+
+static inline void cosine_power_prepare(geometry q, float scale, real log_factor, real* plane)
 {
 #if ROUGHNESSES == 1
-    plane[0] = scale * log_hz(q);
+    plane[LOG_POWER] = scale * log_hz(q);
 #else
     // log(hz) / (1 - hz^2) tends to -1/2 at the pole.
     const real s = q.h_x * q.h_x + q.h_y * q.h_y;
     const real ratio = s < 1e-30f ? (real)(-0.5f) : log_hz(q) / s;
-    plane[0] = scale * ratio * (q.h_x * q.h_x);
-    plane[1] = scale * ratio * (q.h_y * q.h_y);
+    plane[LOG_POWER_X] = scale * ratio * (q.h_x * q.h_x);
+    plane[LOG_POWER_Y] = scale * ratio * (q.h_y * q.h_y);
+#endif
+    plane[COSINE_POWER_LOG_FACTOR] = log_factor;
+    plane[COSINE_POWER_P5] = schlick_p5(q);
+}
+
+// sqrt((nx+1)(ny+1)) exp(k) hz^(scale e), and in d[] the derivative of its logarithm by each exponent.
+static inline real cosine_power(const real* plane, real k, PARAMETER_SPACE const float* n, real* d)
+{
+#if ROUGHNESSES == 1
+    d[0] = plane[LOG_POWER] + 1.0f / (n[0] + 1.0f);
+    return (n[0] + 1.0f) * exp(k + n[0] * plane[LOG_POWER]);
+#else
+    d[0] = plane[LOG_POWER_X] + 0.5f / (n[0] + 1.0f);
+    d[1] = plane[LOG_POWER_Y] + 0.5f / (n[1] + 1.0f);
+    return sqrt((n[0] + 1.0f) * (n[1] + 1.0f)) *
+           exp(k + n[0] * plane[LOG_POWER_X] + n[1] * plane[LOG_POWER_Y]);
 #endif
 }
 
-// sqrt((nx+1)(ny+1)) exp(exponent) hz^(scale e), and in d[] the derivative of its logarithm by each exponent.
-static inline real cosine_power(const real* plane, real exponent, PARAMETER_SPACE const float* n, real* d)
+// The lobe: theta is f0, then n or nx ny.
+static inline real cosine_power_lobe(const real* plane, PARAMETER_SPACE const float* theta, real* d)
 {
-#if ROUGHNESSES == 1
-    d[0] = plane[0] + 1.0f / (n[0] + 1.0f);
-    return (n[0] + 1.0f) * exp(exponent + n[0] * plane[0]);
-#else
-    d[0] = plane[0] + 0.5f / (n[0] + 1.0f);
-    d[1] = plane[1] + 0.5f / (n[1] + 1.0f);
-    return sqrt((n[0] + 1.0f) * (n[1] + 1.0f)) * exp(exponent + n[0] * plane[0] + n[1] * plane[1]);
-#endif
+    const real s = cosine_power(plane, plane[COSINE_POWER_LOG_FACTOR], theta + 1, d + 1);
+    const real g = schlick_times(plane[COSINE_POWER_P5], theta[0], s, d);
+    scale_by(g, d + 1);
+    return g;
 }
 
 // Half vectors whose density goes with hz^(scale e): tan phi = sqrt((nx+1)/(ny+1)) tan(2 pi u1), carried on

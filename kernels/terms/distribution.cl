@@ -1,59 +1,8 @@
 // Distributions of microfacet normals p(h) by solid angle, over the whole sphere and not normalised
-// (Ashikhmin, Premoze, Shirley 2000, section 6), and the table that describes one together with what
-// the generator computed for it. The words of a table and of its parts are those that
-// host/microfacet/table.cpp packs; offsets count from the table's begin.
-
-#define CORRELATED table[0]     // 1: correlated shadowing, Eq. 14
-#define MEAN_HEIGHT table[1]    // <h.n>
-#define MEAN_X table[2]         // the integral of h p(h)
-#define MEAN_Y table[3]
-#define MEAN_Z table[4]
-#define ELEVATION_SCALE table[5] // a of the grid's elevations, see grid_row
-#define ELEVATION_END table[6]  // asinh(pi / (2 a))
-#define AZIMUTH_STRETCH table[7]
-#define GRID_ROWS table[8]
-#define GRID_COLUMNS table[9]   // 1: isotropic
-#define GRID_SECTOR table[10]   // azimuths: 0 all, 2 mirrored in y, 4 in x and y
-#define BEHIND table[11]        // offset of the plane of g(-k), or of log(g) where the normals lean
-#define REFLECTANCE_0 table[12] // of R at f0 = 0
-#define REFLECTANCE_1 table[13]
-#define DIFFUSE_SCALE table[14] // c of Eq. 28
-#define METAL table[15]
-#define PARTS table[16]
-#define FIRST_PART table[17]
-#define FACETS table[18]        // offset of the table of Lambertian facets
-#define FACET_ROWS table[19]
-#define FACET_COLUMNS table[20]
-#define LEANS table[21]
-#define STEEP table[22]         // share of directions that are drawn blindly, below 1
-
-// A part: amplitude times a shape in a frame of its own, times an image.
-#define PART_WORDS 32
-#define GAUSSIAN 0   // exp(-(x/z)^2 / sigma_x^2 - (y/z)^2 / sigma_y^2), Eq. 34
-#define VELVET 1     // exp(-cot^2 / sigma^2), Eq. 35
-#define TABULATED 2  // bilinear over polar angle and azimuth
-#define KIND part[0]
-#define AMPLITUDE part[1]
-#define INVERSE_X2 part[2]   // 1 / sigma_x^2, or velvet's 1 / sigma^2
-#define INVERSE_Y2 part[3]
-#define FRAME (part + 4)     // rows of the matrix that takes h to the part's frame
-#define IMAGE part[13]       // offset of the image's or tabulated values; 0: none
-#define IMAGE_WIDTH part[14] // or azimuths; 1: isotropic
-#define IMAGE_HEIGHT part[15] // or polar angles
-#define IMAGE_EXTENT part[16] // half the width of the disk's part that the image covers; 0: by angles
-// Sampling and quadrature: polar angles from a least one, azimuths by psi,
-// (cos phi, sin phi) ~ (stretch_x cos psi, stretch_y sin psi).
-#define LEAST_THETA part[17]
-#define STRETCH_X part[18]
-#define STRETCH_Y part[19]
-#define PROBABILITY part[20]
-#define CELL_ROWS part[21]
-#define CELL_COLUMNS part[22]
-#define CELL_EDGES part[23] // offset of CELL_ROWS + 1 shares of the range of polar angles
-#define MARGINAL part[24]   // offset of CELL_COLUMNS + 1 cumulative probabilities
-#define CONDITIONAL part[25] // offset of those of the rows, a column after the other
-#define GREATEST_THETA part[26] // of what is no Gaussian
-#define REACH 6.0f          // where a Gaussian counts as ended, in sigmas
+// (Ashikhmin, Premoze, Shirley 2000, section 6), from the table that describes one together with what
+// the generator computed for it (table_words.h): the sum over its parts of
+//     amplitude shape(h in the part's frame) image(h)
+// with the shapes Gaussian (Eq. 34), velvet (Eq. 35) or tabulated.
 
 static inline vector in_frame(PARAMETER_SPACE const float* m, vector h)
 {
@@ -134,32 +83,33 @@ static inline float image_at(PARAMETER_SPACE const float* pixels, int width, int
 static inline real part_of_distribution(PARAMETER_SPACE const float* table,
                                         PARAMETER_SPACE const float* part, vector h)
 {
-    const int kind = (int)KIND;
-    const vector l = in_frame(FRAME, h);
+    const int kind = (int)part[KIND];
+    const vector l = in_frame(part + FRAME, h);
     real p = 0.0f;
     if (kind == TABULATED) {
         const real theta = atan2(sqrt(l.x * l.x + l.y * l.y), l.z);
         const real phi = atan2(l.y, l.x);
         for (int lane = 0; lane < V; ++lane)
             ((float*)&p)[lane] =
-                tabulated_at(table + (int)IMAGE, (int)IMAGE_HEIGHT, (int)IMAGE_WIDTH,
+                tabulated_at(table + (int)part[IMAGE], (int)part[IMAGE_HEIGHT], (int)part[IMAGE_WIDTH],
                              ((const float*)&theta)[lane], ((const float*)&phi)[lane]);
-        return AMPLITUDE * p;
+        return part[AMPLITUDE] * p;
     }
     // 0 below the part's own horizon.
     const mask above = l.z > 0.0f;
     const real z = above ? l.z : (real)(1.0f);
     const real x2 = squared(l.x / z);
     const real y2 = squared(l.y / z);
-    const real exponent = kind == VELVET ? INVERSE_X2 / fmax(x2 + y2, (real)(1e-30f))
-                                         : INVERSE_X2 * x2 + INVERSE_Y2 * y2;
-    p = above ? AMPLITUDE * exp(-exponent) : (real)(0.0f);
-    if (IMAGE > 0.0f) {
+    const real exponent = kind == VELVET ? part[INVERSE_X2] / fmax(x2 + y2, (real)(1e-30f))
+                                         : part[INVERSE_X2] * x2 + part[INVERSE_Y2] * y2;
+    p = above ? part[AMPLITUDE] * exp(-exponent) : (real)(0.0f);
+    if (part[IMAGE] > 0.0f) {
         real m = 0.0f;
         for (int lane = 0; lane < V; ++lane)
-            ((float*)&m)[lane] = image_at(table + (int)IMAGE, (int)IMAGE_WIDTH, (int)IMAGE_HEIGHT,
-                                          IMAGE_EXTENT, ((const float*)&h.x)[lane],
-                                          ((const float*)&h.y)[lane], ((const float*)&h.z)[lane]);
+            ((float*)&m)[lane] =
+                image_at(table + (int)part[IMAGE], (int)part[IMAGE_WIDTH], (int)part[IMAGE_HEIGHT],
+                         part[IMAGE_EXTENT], ((const float*)&h.x)[lane], ((const float*)&h.y)[lane],
+                         ((const float*)&h.z)[lane]);
         p *= m;
     }
     return p;
@@ -168,24 +118,24 @@ static inline real part_of_distribution(PARAMETER_SPACE const float* table,
 static inline real distribution(PARAMETER_SPACE const float* table, vector h)
 {
     real p = 0.0f;
-    for (int k = 0; k < (int)PARTS; ++k)
-        p += part_of_distribution(table, table + (int)FIRST_PART + k * PART_WORDS, h);
+    for (int k = 0; k < (int)table[PARTS]; ++k)
+        p += part_of_distribution(table, table + (int)table[FIRST_PART] + k * PART_WORDS, h);
     return p;
 }
 
 // The polar angle where a part ends at azimuth (x, y) of its frame.
 static inline float greatest_theta(PARAMETER_SPACE const float* part, float x, float y)
 {
-    if ((int)KIND != GAUSSIAN)
-        return GREATEST_THETA;
-    const float inverse = (INVERSE_X2 * x * x + INVERSE_Y2 * y * y) / (x * x + y * y);
+    if ((int)part[KIND] != GAUSSIAN)
+        return part[GREATEST_THETA];
+    const float inverse = (part[INVERSE_X2] * x * x + part[INVERSE_Y2] * y * y) / (x * x + y * y);
     return inverse > 0.0f ? atan2(REACH, sqrt(inverse)) : 0.5f * PI;
 }
 
 // d psi / d phi at azimuth (x, y) of the part's frame.
 static inline float azimuth_slope(PARAMETER_SPACE const float* part, float x, float y)
 {
-    const float u = x / STRETCH_X;
-    const float v = y / STRETCH_Y;
-    return (x * x + y * y) / ((u * u + v * v) * STRETCH_X * STRETCH_Y);
+    const float u = x / part[STRETCH_X];
+    const float v = y / part[STRETCH_Y];
+    return (x * x + y * y) / ((u * u + v * v) * part[STRETCH_X] * part[STRETCH_Y]);
 }

@@ -7,20 +7,20 @@
 
 static inline real grid_row(PARAMETER_SPACE const float* table, vector k)
 {
-    const real t = atan2(k.z, sqrt(k.x * k.x + k.y * k.y)) / ELEVATION_SCALE;
-    return log(t + sqrt(t * t + 1.0f)) * ((GRID_ROWS - 1.0f) / ELEVATION_END);
+    const real t = atan2(k.z, sqrt(k.x * k.x + k.y * k.y)) / table[ELEVATION_SCALE];
+    return log(t + sqrt(t * t + 1.0f)) * ((table[GRID_ROWS] - 1.0f) / table[ELEVATION_END]);
 }
 
 static inline real grid_column(PARAMETER_SPACE const float* table, vector k)
 {
-    if (GRID_COLUMNS == 1.0f)
+    if (table[GRID_COLUMNS] == 1.0f)
         return 0.0f;
-    const int sector = (int)GRID_SECTOR;
-    const real x = AZIMUTH_STRETCH * (sector == 4 ? fabs(k.x) : k.x);
-    const real psi = atan2(sector == 0 ? k.y : fabs(k.y), x);
-    if (sector == 0)
-        return (psi < 0.0f ? psi + 2.0f * PI : psi) * (GRID_COLUMNS * 0.5f / PI);
-    return psi * ((GRID_COLUMNS - 1.0f) * sector * 0.5f / PI);
+    const int sector = (int)table[GRID_SECTOR];
+    const real x = table[AZIMUTH_STRETCH] * (sector == QUARTER_TURN ? fabs(k.x) : k.x);
+    const real psi = atan2(sector == WHOLE_TURN ? k.y : fabs(k.y), x);
+    if (sector == WHOLE_TURN)
+        return (psi < 0.0f ? psi + 2.0f * PI : psi) * (table[GRID_COLUMNS] * 0.5f / PI);
+    return psi * ((table[GRID_COLUMNS] - 1.0f) * sector * 0.5f / PI);
 }
 
 // Lagrange's weights of the nodes 0 to 3 at x.
@@ -43,13 +43,13 @@ static inline float cubic_at(PARAMETER_SPACE const float* plane, int rows, int c
     cubic_weights(row - i, w);
     if (columns == 1)
         return w[0] * plane[i] + w[1] * plane[i + 1] + w[2] * plane[i + 2] + w[3] * plane[i + 3];
-    const int stride = columns + 3;
+    const int stride = columns + COLUMNS_BEYOND;
     const int k = min((int)column, columns - 1);
     float v[4];
     cubic_weights(column - k + 1.0f, v);
     float sum = 0.0f;
     for (int r = 0; r < 4; ++r) {
-        PARAMETER_SPACE const float* at = plane + (i + r) * stride + k;
+        PARAMETER_SPACE const float* at = plane + (i + r) * stride + k + COLUMNS_BEFORE - 1;
         sum += w[r] * (v[0] * at[0] + v[1] * at[1] + v[2] * at[2] + v[3] * at[3]);
     }
     return sum;
@@ -60,7 +60,7 @@ static inline real plane_at(PARAMETER_SPACE const float* table, float offset, re
     real value = 0.0f;
     for (int lane = 0; lane < V; ++lane)
         ((float*)&value)[lane] =
-            cubic_at(table + (int)offset, (int)GRID_ROWS, (int)GRID_COLUMNS,
+            cubic_at(table + (int)offset, (int)table[GRID_ROWS], (int)table[GRID_COLUMNS],
                      ((const float*)&row)[lane], ((const float*)&column)[lane]);
     return value;
 }
@@ -73,25 +73,25 @@ static inline float linear_at(PARAMETER_SPACE const float* plane, int rows, int 
     const float s = row - i;
     if (columns == 1)
         return mix(plane[i], plane[i + 1], s);
-    const int stride = columns + 3;
+    const int stride = columns + COLUMNS_BEYOND;
     const int k = min((int)column, columns - 1);
-    PARAMETER_SPACE const float* at = plane + i * stride + k + 1;
+    PARAMETER_SPACE const float* at = plane + i * stride + k + COLUMNS_BEFORE;
     return mix(mix(at[0], at[1], column - k), mix(at[stride], at[stride + 1], column - k), s);
 }
 
 static inline real area_from(PARAMETER_SPACE const float* table, vector k, real behind)
 {
-    if (LEANS > 0.0f)
+    if (table[LEANS] > 0.0f)
         return exp(behind);
-    const real g = MEAN_X * k.x + MEAN_Y * k.y + MEAN_Z * k.z + behind;
-    return fmax(g, (real)(1e-9f * MEAN_HEIGHT));
+    const real g = table[MEAN_X] * k.x + table[MEAN_Y] * k.y + table[MEAN_Z] * k.z + behind;
+    return fmax(g, (real)(LEAST_AREA * table[MEAN_HEIGHT]));
 }
 
 // g(k) = k.<h> + g(-k): what is seen from behind is small but near the horizon, and so is the error of
 // interpolating it. Normals that lean to one side leave g small on the other: then log(g) is interpolated.
 static inline real visible_area(PARAMETER_SPACE const float* table, vector k)
 {
-    return area_from(table, k, plane_at(table, BEHIND, grid_row(table, k), grid_column(table, k)));
+    return area_from(table, k, plane_at(table, table[BEHIND], grid_row(table, k), grid_column(table, k)));
 }
 
 // The same, linear between the nodes.
@@ -102,7 +102,7 @@ static inline real visible_area_linear(PARAMETER_SPACE const float* table, vecto
     real behind = 0.0f;
     for (int lane = 0; lane < V; ++lane)
         ((float*)&behind)[lane] =
-            linear_at(table + (int)BEHIND, (int)GRID_ROWS, (int)GRID_COLUMNS,
+            linear_at(table + (int)table[BEHIND], (int)table[GRID_ROWS], (int)table[GRID_COLUMNS],
                       ((const float*)&row)[lane], ((const float*)&column)[lane]);
     return area_from(table, k, behind);
 }
@@ -119,7 +119,7 @@ static inline real azimuth_correlation(vector wi, vector wo)
 static inline real shadowing(PARAMETER_SPACE const float* table, vector wi, vector wo, real g_i, real g_o,
                              bool correlated)
 {
-    const real independent = MEAN_HEIGHT / (g_i * g_o);
+    const real independent = table[MEAN_HEIGHT] / (g_i * g_o);
     if (!correlated)
         return independent;
     const real t = azimuth_correlation(wi, wo);

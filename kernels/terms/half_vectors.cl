@@ -19,9 +19,34 @@ static inline vector scaled(vector a, real s)
 
 static inline vector unit(vector a) { return scaled(a, 1.0f / sqrt(dot3(a, a))); }
 
+static inline vector wi_of(geometry q)
+{
+    const vector wi = {q.wi_x, q.wi_y, q.wi_z};
+    return wi;
+}
+
 static inline vector wo_of(geometry q)
 {
     const vector wo = {q.wo_x, q.wo_y, q.wo_z};
+    return wo;
+}
+
+static inline vector h_of(geometry q)
+{
+    const vector h = {q.h_x, q.h_y, q.h_z};
+    return h;
+}
+
+// wi and wo of planes that begin with directions (write_directions).
+static inline vector wi_at(const real* plane)
+{
+    const vector wi = {plane[WI_X], plane[WI_Y], plane[WI_Z]};
+    return wi;
+}
+
+static inline vector wo_at(const real* plane)
+{
+    const vector wo = {plane[WO_X], plane[WO_Y], plane[WO_Z]};
     return wo;
 }
 

@@ -1,4 +1,7 @@
-// Schlick's Fresnel term, F = f0 + (1 - f0) p5 with p5 = (1 - c)^5: affine in f0.
+// Schlick's approximation of Fresnel's reflectance,
+//     F = f0 + (1 - f0) (1 - c)^5
+// which is affine in f0: with p5 = (1 - c)^5, a plane of each model that has F,
+//     dF/df0 = 1 - p5
 
 static inline real schlick_p5(geometry q)
 {

@@ -1,26 +1,70 @@
-// What the models with Trowbridge and Reitz's distribution share: planes, and visible normals.
-//     D = 1 / (pi ax ay E^2), E = (h.x/ax)^2 + (h.y/ay)^2 + hz^2,
-//     A(w) = sqrt((w.x ax)^2 + (w.y ay)^2 + w.z^2), L(w) = (A(w) / w.z - 1) / 2
-// ROUGHNESSES: 1 (isotropic form, 7 planes) or 2 (10 planes).
+// What the models with Trowbridge and Reitz's distribution share (Walter et al. 2007, Heitz 2014): planes,
+// and visible normals.
+//     D = 1 / (pi ax ay E^2),   E = (h.x/ax)^2 + (h.y/ay)^2 + hz^2,
+//     A(w) = sqrt((w.x ax)^2 + (w.y ay)^2 + w.z^2),   Smith's L(w) = (A(w) / w.z - 1) / 2
+//     dE/dax = -2 h.x^2 / ax^3,   dA/dax = ax w.x^2 / A
+// ROUGHNESSES: 1 (isotropic form, x and y together) or 2.
+
+// The planes: for each roughness k the squares of h, wi and wo along its axis, then the rest.
+#define H2(k) (3 * (k))
+#define WI2(k) (3 * (k) + 1)
+#define WO2(k) (3 * (k) + 2)
+enum {
+    HZ2 = 3 * ROUGHNESSES, // hz^2
+    COSINE_I,              // iz
+    COSINE_O,              // oz
+    TROWBRIDGE_REITZ_P5,   // (1 - c)^5
+    TROWBRIDGE_REITZ_PLANES
+};
 
 static inline void trowbridge_reitz_prepare(geometry q, real* plane)
 {
 #if ROUGHNESSES == 1
-    plane[0] = q.h_x * q.h_x + q.h_y * q.h_y;
-    plane[1] = q.wi_x * q.wi_x + q.wi_y * q.wi_y;
-    plane[2] = q.wo_x * q.wo_x + q.wo_y * q.wo_y;
+    plane[H2(0)] = q.h_x * q.h_x + q.h_y * q.h_y;
+    plane[WI2(0)] = q.wi_x * q.wi_x + q.wi_y * q.wi_y;
+    plane[WO2(0)] = q.wo_x * q.wo_x + q.wo_y * q.wo_y;
 #else
-    plane[0] = q.h_x * q.h_x;
-    plane[1] = q.wi_x * q.wi_x;
-    plane[2] = q.wo_x * q.wo_x;
-    plane[3] = q.h_y * q.h_y;
-    plane[4] = q.wi_y * q.wi_y;
-    plane[5] = q.wo_y * q.wo_y;
+    plane[H2(0)] = q.h_x * q.h_x;
+    plane[WI2(0)] = q.wi_x * q.wi_x;
+    plane[WO2(0)] = q.wo_x * q.wo_x;
+    plane[H2(1)] = q.h_y * q.h_y;
+    plane[WI2(1)] = q.wi_y * q.wi_y;
+    plane[WO2(1)] = q.wo_y * q.wo_y;
 #endif
-    plane[3 * ROUGHNESSES] = q.h_z * q.h_z;
-    plane[3 * ROUGHNESSES + 1] = q.wi_z;
-    plane[3 * ROUGHNESSES + 2] = q.wo_z;
-    plane[3 * ROUGHNESSES + 3] = schlick_p5(q);
+    plane[HZ2] = q.h_z * q.h_z;
+    plane[COSINE_I] = q.wi_z;
+    plane[COSINE_O] = q.wo_z;
+    plane[TROWBRIDGE_REITZ_P5] = schlick_p5(q);
+}
+
+typedef struct {
+    real iz, oz, p5;
+    real e;        // E
+    real a_i, a_o; // A(wi), A(wo)
+    float ax_ay;
+} trowbridge_reitz;
+
+// E and A at the roughness a, or ax ay.
+static inline trowbridge_reitz trowbridge_reitz_of(const real* plane, PARAMETER_SPACE const float* roughness)
+{
+    trowbridge_reitz t;
+    t.iz = plane[COSINE_I];
+    t.oz = plane[COSINE_O];
+    t.p5 = plane[TROWBRIDGE_REITZ_P5];
+    t.e = plane[HZ2];
+    t.a_i = t.iz * t.iz;
+    t.a_o = t.oz * t.oz;
+    t.ax_ay = 1.0f;
+    for (int k = 0; k < ROUGHNESSES; ++k) {
+        const float a = roughness[k];
+        t.e += plane[H2(k)] * (1.0f / (a * a));
+        t.a_i += plane[WI2(k)] * (a * a);
+        t.a_o += plane[WO2(k)] * (a * a);
+        t.ax_ay *= ROUGHNESSES == 1 ? a * a : a;
+    }
+    t.a_i = sqrt(t.a_i);
+    t.a_o = sqrt(t.a_o);
+    return t;
 }
 
 // Visible normals by Heitz 2018: wo in the space where the surface is a hemisphere, a point of its

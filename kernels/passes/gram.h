@@ -1,0 +1,2 @@
+// Rows a group multiplies with as many: fit/search.cpp, gram.cl.
+enum { GRAM_TILE = 4 };
