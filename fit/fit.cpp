@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 namespace brdfit {
 
@@ -306,8 +307,9 @@ bool FileFitter::has_pull(const Structure& structure, const Solution& start) {
 
 Space FileFitter::space_of(const Structure& structure) const {
     std::vector<ParameterRange> ranges = options_.ranges;
-    const bool f0_is_given = std::any_of(ranges.begin(), ranges.end(),
-                                         [](const ParameterRange& r) { return r.name == "f0"; });
+    const bool f0_is_given = std::any_of(ranges.begin(), ranges.end(), [](const ParameterRange& r) {
+        return r.name == "f0" && r.lobe <= 1;
+    });
     // At f0 = 1 a coupled diffuse shape vanishes, so that no kd is the best and none can be found.
     if (structure.coupled() && !f0_is_given)
         ranges.push_back({"f0", 1, 0, highest_coupled_f0, false});
@@ -359,8 +361,7 @@ FileFitter::Solution FileFitter::best_polished(const Structure& structure, const
             if (fitted(part.structure).solution.squared_error < best.squared_error)
                 try_from(extended(structure, space, part));
     if (!std::isfinite(best.squared_error))
-        throw InputError(fmt::format("{}: {} has no finite error on these samples", samples_.source,
-                                     structure.name()));
+        throw InputError("no finite error on these samples");
     return best;
 }
 
@@ -370,16 +371,20 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
         return known->second;
     Fitted fit;
     fit.space = space_of(structure);
+    // Seconds since the last lap, without those spent on programs.
     auto started = std::chrono::steady_clock::now();
-    const auto lap = [&started] {
-        const double seconds = seconds_since(started);
+    double building = programs_.build_seconds();
+    const auto lap = [&] {
+        const double before = std::exchange(building, programs_.build_seconds());
+        const double seconds = seconds_since(started) - (building - before);
         started = std::chrono::steady_clock::now();
         return seconds;
     };
     build_programs(structure);
-    fit.build_seconds = lap();
+    lap();
     const std::vector<Solution> starts = finalists(structure, fit.space);
-    fit.thinned_evaluations = thinned_objective(structure).evaluations();
+    const bool searched = !options_.start || starts.size() > 1;
+    fit.thinned_evaluations = searched ? thinned_objective(structure).evaluations() : 0;
     fit.search_seconds = lap();
     fit.solution = best_polished(structure, fit.space, starts);
     fit.polish_seconds = lap();
@@ -398,12 +403,14 @@ std::unique_ptr<Objective> FileFitter::full_objective(const Structure& structure
 
 FitResult FileFitter::fit(const Structure& structure) {
     const auto started = std::chrono::steady_clock::now();
+    const double building = programs_.build_seconds();
     const Fitted& fit = fitted(structure);
     // Its planes are freed at the end: what other fits need of this one is its solution.
     const std::unique_ptr<Objective> owned = full_objective(structure);
     Objective& objective = *owned;
     Solution solution = fit.solution;
     FitResult result;
+    result.random_starts = options_.random_starts;
     for (int i = 0; i < options_.random_starts; ++i) {
         const std::vector<double> theta =
             fit.space.random(options_.seed, static_cast<std::uint64_t>(i));
@@ -427,10 +434,10 @@ FitResult FileFitter::fit(const Structure& structure) {
     result.passes = objective.timed_passes();
     result.pass_seconds = objective.seconds();
     result.thinned_evaluations = fit.thinned_evaluations;
-    result.build_seconds = fit.build_seconds;
+    result.build_seconds = programs_.build_seconds() - building;
     result.search_seconds = fit.search_seconds;
     result.polish_seconds = fit.polish_seconds;
-    result.seconds = seconds_since(started);
+    result.seconds = seconds_since(started) - result.build_seconds;
     return result;
 }
 

@@ -9,6 +9,7 @@
 #include "host/measured/samples.hpp"
 #include "host/model/material.hpp"
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -45,6 +46,15 @@ struct FitOptions {
     std::optional<Material> start;
 };
 
+/// The largest directional albedo of a material, where it is known.
+struct LargestAlbedo {
+    double value = std::numeric_limits<double>::quiet_NaN();
+    double theta = 0; ///< degrees
+    std::string channel;
+    bool above_1() const { return value > 1 + albedo_tolerance; }
+    static constexpr double albedo_tolerance = 1e-2; ///< that it is computed with
+};
+
 struct FitResult {
     std::string model; ///< the structure's name
     Material material;
@@ -56,10 +66,15 @@ struct FitResult {
     std::size_t thinned_evaluations = 0;
     double pass_seconds = 0; ///< in passes over all samples
     std::size_t passes = 0;
-    double build_seconds = 0; ///< of programs, from sources or the driver's cache
+    /// Of programs, from sources or the driver's cache, and of first runs of their kernels, which
+    /// may compile them. Not in the other times.
+    double build_seconds = 0;
     double search_seconds = 0, polish_seconds = 0; ///< of the global search and of the polishes
-    double seconds = 0;                            ///< all of it
-    int random_starts_better = 0; ///< random starts that beat the search by more than 0.1 %
+    double seconds = 0;                            ///< all of it but build_seconds
+    int random_starts = 0;                         ///< polished besides the global search
+    int random_starts_better = 0; ///< of these, that beat the search by more than 0.1 %
+    /// The largest directional albedo R below 85 degrees, over all channels.
+    LargestAlbedo largest_albedo;
     double samples_per_second() const {
         return pass_seconds > 0 ? static_cast<double>(samples * passes) / pass_seconds : 0;
     }
@@ -89,7 +104,7 @@ class FileFitter {
         Space space;
         Solution solution;
         std::size_t thinned_evaluations = 0;
-        double build_seconds = 0, search_seconds = 0, polish_seconds = 0;
+        double search_seconds = 0, polish_seconds = 0;
     };
     // A structure without one of its lobes.
     struct Smaller {

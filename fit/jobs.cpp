@@ -11,14 +11,36 @@
 namespace brdfit {
 
 std::vector<Structure> structures_of(const FitRequest& request, bool isotropic) {
-    return structures_named(request.models, request.lobes, request.diffuse, isotropic);
+    return structures_named(request.models,
+                            request.lobes.empty() ? std::vector<int>{1} : request.lobes,
+                            request.diffuse, isotropic);
 }
+
+namespace {
+
+// Throws UsageError for a number of lobes asked for that no structure has.
+void check_lobes(const FitRequest& request, const std::vector<Structure>& structures) {
+    const bool lambert_alone =
+        std::all_of(structures.begin(), structures.end(),
+                    [](const Structure& structure) { return structure.lobes.empty(); });
+    for (const int lobes : request.lobes)
+        if (!lambert_alone &&
+            std::none_of(structures.begin(), structures.end(), [&](const Structure& structure) {
+                return structure.lobes.size() == static_cast<std::size_t>(lobes);
+            }))
+            throw UsageError(fmt::format("--lobes {}: no model asked for can have {} lobes; a "
+                                         "mixture has those it names",
+                                         lobes, lobes));
+}
+
+} // namespace
 
 void check(const FitRequest& request) {
     for (const bool isotropic : {true, false}) {
         if (request.isotropic && *request.isotropic != isotropic)
             continue;
         const std::vector<Structure> structures = structures_of(request, isotropic);
+        check_lobes(request, structures);
         for (const Structure& structure : structures)
             Space(structure.lobes, isotropic, request.options.ranges); // throws on contradictions
         for (const ParameterRange& range : request.options.ranges) {
@@ -51,6 +73,36 @@ std::vector<std::string> distinct_stems(const std::vector<std::string>& files) {
         stems.push_back(name);
     }
     return stems;
+}
+
+std::string material_path(const FitRequest& request, const std::string& stem,
+                          const Structure& structure) {
+    return (std::filesystem::path(request.folder) /
+            fmt::format("{}.{}.{}.json", stem, structure.name(), structure.lobes.size()))
+        .string();
+}
+
+void check_nothing_is_replaced(const FitRequest& request) {
+    if (request.force)
+        return;
+    std::vector<std::string> there;
+    const auto look = [&](const std::string& path) {
+        std::error_code unknown;
+        if (std::filesystem::is_regular_file(path, unknown))
+            there.push_back(path);
+    };
+    // Names do not depend on the form.
+    for (const std::string& stem : distinct_stems(request.files))
+        for (const Structure& structure : structures_of(request, request.isotropic.value_or(true)))
+            look(material_path(request, stem, structure));
+    if (!request.csv.empty())
+        look(request.csv);
+    if (!there.empty())
+        throw InputError(fmt::format(
+            "{}{} there already; --force replaces results, or choose "
+            "another folder",
+            there.front(),
+            there.size() == 1 ? " is" : fmt::format(" and {} more are", there.size() - 1)));
 }
 
 } // namespace brdfit

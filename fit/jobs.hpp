@@ -15,11 +15,13 @@ namespace brdfit {
 struct FitRequest {
     std::vector<std::string> files;
     std::vector<std::string> models; ///< names, mixtures `a+b`, or `all`
-    std::vector<int> lobes{1};
-    std::string diffuse; ///< empty: lambert, or what a coupled model brings
+    std::vector<int> lobes;          ///< numbers of lobes; empty: 1, or what a mixture has
+    std::string diffuse;             ///< empty: lambert, or what a coupled model brings
     FitOptions options;
     std::optional<bool> isotropic; ///< overrides what scattered data says
     std::string folder;            ///< for the materials
+    std::string csv;               ///< summary; empty: none
+    bool force = false;            ///< replace files that exist
 };
 
 /// The structures to fit to isotropic or anisotropic data, each once, fewer lobes first.
@@ -30,5 +32,10 @@ void check(const FitRequest& request);
 
 /// A stem for each file's materials; equal stems get numbers.
 std::vector<std::string> distinct_stems(const std::vector<std::string>& files);
+/// Where a file's material of a structure goes: FOLDER/STEM.MODEL.LOBES.json.
+std::string material_path(const FitRequest& request, const std::string& stem,
+                          const Structure& structure);
+/// Throws InputError naming files that the request would replace, unless it may.
+void check_nothing_is_replaced(const FitRequest& request);
 
 } // namespace brdfit

@@ -52,6 +52,7 @@ Objective::Objective(const Device& device, std::shared_ptr<const FitProgram> pro
     coefficients_ = reference_;
 
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
+    const auto started = std::chrono::steady_clock::now();
     cl::Kernel& prepare = kernel("prepare");
     prepare.setArg(0, samples_.directions);
     prepare.setArg(1, static_cast<cl_uint>(samples_.pairs));
@@ -60,6 +61,7 @@ Objective::Objective(const Device& device, std::shared_ptr<const FitProgram> pro
     prepare.setArg(4, static_cast<cl_uint>(samples_.stride / width));
     enqueue_runs(device_, prepare, samples_.stride / width);
     device_.queue.finish();
+    count_first_run(started);
 }
 
 cl::Kernel& Objective::kernel(const char* name, bool* fresh) {
@@ -131,12 +133,20 @@ Objective::Reduced Objective::run(const char* name, const std::vector<double>& t
                                                  static_cast<Eigen::Index>(sums))
                     .cast<double>();
     reduced.sums /= samples_.norm();
-    if (!fresh) { // the first run of a kernel may compile it
+    if (fresh) {
+        count_first_run(started);
+    } else {
         ++timed_passes_;
         seconds_ +=
             std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     }
     return reduced;
+}
+
+// The first run of a kernel may compile it.
+void Objective::count_first_run(std::chrono::steady_clock::time_point started) const {
+    program_->first_runs +=
+        std::chrono::nanoseconds(std::chrono::steady_clock::now() - started).count();
 }
 
 // Solves kd and ks of every channel from basis sums taken about reference_; returns the squared

@@ -7,6 +7,7 @@
 
 #include <Eigen/Dense>
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <limits>
 #include <memory>
@@ -119,6 +120,7 @@ class Objective {
     cl::Kernel& kernel(const char* name, bool* fresh = nullptr);
     Reduced run(const char* name, const std::vector<double>& theta, const Coefficients& a,
                 std::size_t sums, int chunks, bool raw_weights, std::optional<bool> secant = {});
+    void count_first_run(std::chrono::steady_clock::time_point started) const;
     void compress(Metric metric);
     LossSums loss_sums(Metric metric, const std::vector<double>& theta, const Coefficients& a,
                        bool secant);

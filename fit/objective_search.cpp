@@ -4,6 +4,9 @@
 #include "host/device/buffer.hpp"
 #include "kernels/passes/sums.h"
 
+#include <chrono>
+#include <utility>
+
 namespace brdfit {
 
 namespace {
@@ -69,7 +72,9 @@ std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<doubl
     const std::size_t sums = SHAPE_SUMS(is_fresnel(structure()), chunk);
     const cl::Buffer diffuse_theta =
         upload(device_, std::vector<float>(std::max<std::size_t>(parameters, 1), 0.0F));
-    cl::Kernel& k = kernel("shape_sums");
+    const auto started = std::chrono::steady_clock::now();
+    bool fresh = false;
+    cl::Kernel& k = kernel("shape_sums", &fresh);
     std::vector<ShapeSums> result;
     for (std::size_t begin = 0; begin < candidates.size();) {
         const std::size_t count = std::min(candidates_a_batch(), candidates.size() - begin);
@@ -94,6 +99,8 @@ std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<doubl
                                            cl::NDRange(tiles * local, samples_.groups, chunks),
                                            cl::NDRange(local, 1, 1));
         const std::vector<float> partial = download<float>(device_, out, outputs);
+        if (std::exchange(fresh, false))
+            count_first_run(started);
         const std::size_t all = tiles * tile * sums;
         Eigen::ArrayXXd total =
             Eigen::ArrayXXd::Zero(static_cast<Eigen::Index>(all), samples_.chunks);
@@ -116,7 +123,9 @@ void Objective::write_fixed_rows(const cl::Buffer& rows) {
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     // Coupled shapes scale with 1 - f0: f0 = 0 stands for all.
     upload_parameters(std::vector<double>(layout().parameters.size(), 0.0), reference_);
-    cl::Kernel& k = kernel("fixed_rows");
+    const auto started = std::chrono::steady_clock::now();
+    bool fresh = false;
+    cl::Kernel& k = kernel("fixed_rows", &fresh);
     k.setArg(0, planes_);
     k.setArg(1, samples_.values);
     k.setArg(2, samples_.weights);
@@ -125,6 +134,8 @@ void Objective::write_fixed_rows(const cl::Buffer& rows) {
     k.setArg(5, rows);
     enqueue_runs(device_, k, samples_.stride / width);
     device_.queue.finish();
+    if (fresh)
+        count_first_run(started);
 }
 
 void Objective::write_shape_rows(const cl::Buffer& rows, std::size_t first,
@@ -134,7 +145,9 @@ void Objective::write_shape_rows(const cl::Buffer& rows, std::size_t first,
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const std::size_t parameters = candidates.front().size();
     const std::size_t batch = candidates_a_batch();
-    cl::Kernel& k = kernel("shape_rows");
+    const auto started = std::chrono::steady_clock::now();
+    bool fresh = false;
+    cl::Kernel& k = kernel("shape_rows", &fresh);
     for (std::size_t begin = 0; begin < candidates.size(); begin += batch) {
         const std::size_t end = std::min(begin + batch, candidates.size());
         std::vector<float> theta;
@@ -150,6 +163,8 @@ void Objective::write_shape_rows(const cl::Buffer& rows, std::size_t first,
         k.setArg(6, rows);
         enqueue_runs(device_, k, samples_.stride / width, end - begin);
         device_.queue.finish();
+        if (std::exchange(fresh, false))
+            count_first_run(started);
     }
 }
 

@@ -3,9 +3,18 @@
 #include "host/device/kernels.hpp"
 #include "host/model/program.hpp"
 
+#include <chrono>
 #include <fmt/format.h>
 
 namespace brdfit {
+
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point started) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+}
+
+} // namespace
 
 std::shared_ptr<const FitProgram> ProgramCache::get(const Structure& structure, int channels,
                                                     int chunk) {
@@ -14,17 +23,32 @@ std::shared_ptr<const FitProgram> ProgramCache::get(const Structure& structure, 
     for (const Entry& entry : entries_)
         if (entry.key == key)
             return entry.program;
-    auto program = std::make_shared<FitProgram>(FitProgram{
-        structure, layout_of(structure), build_program(device_, structure, channels, chunk)});
+    const auto started = std::chrono::steady_clock::now();
+    auto program = std::make_shared<FitProgram>();
+    program->structure = structure;
+    program->layout = layout_of(structure);
+    program->program = build_program(device_, structure, channels, chunk);
+    seconds_ += seconds_since(started);
     entries_.push_back({key, program});
     return program;
 }
 
 const cl::Program& ProgramCache::gram() {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!gram_)
+    if (!gram_) {
+        const auto started = std::chrono::steady_clock::now();
         gram_ = build_gram_program(device_);
+        seconds_ += seconds_since(started);
+    }
     return *gram_;
+}
+
+double ProgramCache::build_seconds() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    double seconds = seconds_;
+    for (const Entry& entry : entries_)
+        seconds += 1e-9 * static_cast<double>(entry.program->first_runs);
+    return seconds;
 }
 
 } // namespace brdfit

@@ -3,6 +3,8 @@
 #include "host/device/device.hpp"
 #include "host/model/structure.hpp"
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -16,6 +18,8 @@ struct FitProgram {
     Structure structure;
     StructureLayout layout;
     cl::Program program;
+    /// Nanoseconds that first runs of its kernels took: many drivers compile only then.
+    mutable std::atomic<std::int64_t> first_runs{0};
 };
 
 /// Builds each program once for a device. Safe to call from several threads.
@@ -25,6 +29,8 @@ class ProgramCache {
     std::shared_ptr<const FitProgram> get(const Structure& structure, int channels, int chunk);
     /// Products of rows, for the global search.
     const cl::Program& gram();
+    /// Seconds spent on programs so far, first runs of kernels included.
+    double build_seconds();
 
   private:
     struct Entry {
@@ -35,6 +41,7 @@ class ProgramCache {
     std::mutex mutex_;
     std::vector<Entry> entries_;
     std::optional<cl::Program> gram_;
+    double seconds_ = 0; // of builds
 };
 
 } // namespace brdfit

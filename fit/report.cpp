@@ -1,11 +1,16 @@
 #include "fit/report.hpp"
 
+#include "host/device/kernels.hpp"
+#include "host/device/tuning.hpp"
 #include "host/files/file.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <limits>
+#include <map>
 
 namespace brdfit {
 
@@ -20,6 +25,54 @@ nlohmann::ordered_json errors_json(const MetricErrors& errors) {
     for (int i = 0; i < metric_count; ++i)
         json[name_of(static_cast<Metric>(i))] = errors[static_cast<std::size_t>(i)];
     return json;
+}
+
+// The range as the command line has it.
+std::string text_of(const ParameterRange& range) {
+    const std::string name =
+        range.lobe == 0 ? range.name : fmt::format("{}.{}", range.lobe, range.name);
+    return range.fixed ? fmt::format("{}={}", name, range.lower)
+                       : fmt::format("{}={}:{}", name, range.lower, range.upper);
+}
+
+void add_albedo(nlohmann::ordered_json& json, const LargestAlbedo& albedo) {
+    if (std::isfinite(albedo.value))
+        json["largest_albedo"] = {
+            {"R", albedo.value}, {"theta", albedo.theta}, {"channel", albedo.channel}};
+    else
+        json["largest_albedo"] = nullptr;
+}
+
+// "l1_m" for "lobes[0].m", "kd_R" for "kd[R]", "l1_ks_R" for "lobes[0].ks[R]".
+std::string column_name(const std::string& parameter) {
+    std::string name;
+    std::size_t at = 0;
+    if (parameter.rfind("lobes[", 0) == 0) {
+        at = parameter.find("].");
+        name = fmt::format("l{}_", std::stoi(parameter.substr(6)) + 1);
+        at += 2;
+    }
+    const std::string rest = parameter.substr(at);
+    const std::size_t bracket = rest.find('[');
+    return bracket == std::string::npos ? name + rest
+                                        : name + rest.substr(0, bracket) + "_" +
+                                              rest.substr(bracket + 1, rest.size() - bracket - 2);
+}
+
+// The errors with as many decimals as give the least four digits, so that the points align.
+std::vector<std::string> aligned_errors(const std::vector<const FitRow*>& rows, Metric metric) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const FitRow* row : rows)
+        if (minimised_error(*row, metric) > 0)
+            least = std::min(least, minimised_error(*row, metric));
+    const int decimals =
+        std::isfinite(least)
+            ? std::clamp(3 - static_cast<int>(std::floor(std::log10(least))), 2, 12)
+            : 6;
+    std::vector<std::string> texts;
+    for (const FitRow* row : rows)
+        texts.push_back(fmt::format("{:.{}f}", minimised_error(*row, metric), decimals));
+    return texts;
 }
 
 // Shapes of all lobes: "f0 0.31 m 0.093 alpha 0.2 | f0 1 m 0.4 alpha 0".
@@ -66,6 +119,15 @@ nlohmann::ordered_json fit_record(const FitResult& result, const Samples& sample
     record["samples"] = result.samples;
     record["max_theta"] = options.max_theta;
     record["algorithm"] = options.algorithm;
+    record["max_evaluations"] = options.max_evaluations;
+    record["starts"] = options.random_starts;
+    if (options.random_starts > 0)
+        record["random_starts_better"] = result.random_starts_better;
+    record["seed"] = options.seed;
+    record["ranges"] = nlohmann::ordered_json::array();
+    for (const ParameterRange& range : options.ranges)
+        record["ranges"].push_back(text_of(range));
+    record["warm_start"] = options.start.has_value();
     record["evaluations"] = result.evaluations;
     record["seconds"] = result.seconds;
     nlohmann::ordered_json errors = nlohmann::ordered_json::object();
@@ -80,9 +142,32 @@ nlohmann::ordered_json fit_record(const FitResult& result, const Samples& sample
     }
     record["standard_error"] = std::move(errors);
     record["at_bound"] = std::move(at_bound);
+    add_albedo(record, result.largest_albedo);
+    record["remarks"] = remarks_on(result);
     record["device"] = device.name;
+    record["driver"] = device.driver;
+    record["form"] = to_json(device.form);
+    record["kernels"] = kernel_hash();
     record["version"] = version;
     return record;
+}
+
+std::vector<std::string> remarks_on(const FitResult& result) {
+    std::vector<std::string> remarks;
+    std::string bound;
+    for (const FittedParameter& p : result.parameters)
+        if (p.at_bound &&
+            p.name.find("k") == std::string::npos) // kd or ks of 0 is no bound to mind
+            bound += (bound.empty() ? "" : ", ") + column_name(p.name);
+    if (!bound.empty())
+        remarks.push_back("at bound: " + bound);
+    const LargestAlbedo& albedo = result.largest_albedo;
+    if (albedo.above_1())
+        remarks.push_back(fmt::format("R {:.3g} at {:.0f} degrees", albedo.value, albedo.theta));
+    if (result.random_starts_better > 0)
+        remarks.push_back(fmt::format("{} of {} random starts better", result.random_starts_better,
+                                      result.random_starts));
+    return remarks;
 }
 
 std::string fit_table(std::vector<const FitRow*> rows, Metric metric) {
@@ -91,13 +176,15 @@ std::string fit_table(std::vector<const FitRow*> rows, Metric metric) {
     });
     std::vector<std::vector<std::string>> cells{
         {"model", "lobes", fmt::format("{} error", name_of(metric)), "parameters", "evaluations",
-         "samples/s", "seconds"}};
-    for (const FitRow* row : rows) {
-        const FitResult& r = row->result;
-        cells.push_back({r.model, fmt::format("{}", r.material.lobes.size()),
-                         fmt::format("{:.6g}", minimised_error(*row, metric)),
+         "samples/s", "seconds", "compiling", "remarks"}};
+    const std::vector<std::string> errors = aligned_errors(rows, metric);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const FitResult& r = rows[i]->result;
+        cells.push_back({r.model, fmt::format("{}", r.material.lobes.size()), errors[i],
                          parameters_text(r.material), fmt::format("{}", r.evaluations),
-                         with_prefix(r.samples_per_second()), fmt::format("{:.3f}", r.seconds)});
+                         with_prefix(r.samples_per_second()), fmt::format("{:.3f}", r.seconds),
+                         fmt::format("{:.3f}", r.build_seconds),
+                         fmt::format("{}", fmt::join(remarks_on(r), "; "))});
     }
     std::vector<std::size_t> widths(cells.front().size(), 0);
     for (const auto& row : cells)
@@ -107,18 +194,18 @@ std::string fit_table(std::vector<const FitRow*> rows, Metric metric) {
     for (const auto& row : cells) {
         std::string line;
         for (std::size_t i = 0; i < row.size(); ++i)
-            // Names to the left, numbers to the right.
-            line += i == 0 || i == 3 ? fmt::format("{:<{}}  ", row[i], widths[i])
-                                     : fmt::format("{:>{}}  ", row[i], widths[i]);
+            // Words to the left, numbers to the right.
+            line += i == 0 || i == 3 || i == 8 ? fmt::format("{:<{}}  ", row[i], widths[i])
+                                               : fmt::format("{:>{}}  ", row[i], widths[i]);
         line.erase(line.find_last_not_of(' ') + 1);
         text += line + "\n";
     }
     return text;
 }
 
-nlohmann::ordered_json fit_rows_json(const std::vector<FitRow>& rows, const FitOptions& options) {
+nlohmann::ordered_json fit_rows_json(const FitRows& rows, const FitOptions& options) {
     nlohmann::ordered_json json = nlohmann::ordered_json::array();
-    for (const FitRow& row : rows) {
+    for (const FitRow& row : rows.done) {
         const FitResult& r = row.result;
         nlohmann::ordered_json item;
         item["file"] = row.file;
@@ -140,10 +227,12 @@ nlohmann::ordered_json fit_rows_json(const std::vector<FitRow>& rows, const FitO
             parameters.push_back(entry);
         }
         item["parameters"] = parameters;
+        add_albedo(item, r.largest_albedo);
+        item["remarks"] = remarks_on(r);
         item["samples"] = r.samples;
         item["evaluations"] = r.evaluations;
         item["thinned_evaluations"] = r.thinned_evaluations;
-        if (options.random_starts > 0)
+        if (r.random_starts > 0)
             item["random_starts_better"] = r.random_starts_better;
         item["samples_per_second"] = r.samples_per_second();
         item["build_seconds"] = r.build_seconds;
@@ -152,28 +241,63 @@ nlohmann::ordered_json fit_rows_json(const std::vector<FitRow>& rows, const FitO
         item["seconds"] = r.seconds;
         json.push_back(item);
     }
+    for (const FailedFit& failed : rows.failed) {
+        nlohmann::ordered_json item{{"file", failed.file}};
+        if (!failed.model.empty()) {
+            item["model"] = failed.model;
+            item["lobes"] = failed.lobes;
+        }
+        item["failed"] = failed.reason;
+        json.push_back(item);
+    }
     return json;
 }
 
-void write_fit_csv(const std::vector<FitRow>& rows, const FitOptions& options,
-                   const std::string& path) {
+void write_fit_csv(const FitRows& rows, const FitOptions& options, const std::string& path) {
     OutputFile file(path);
+    std::vector<std::string> parameters; // of any row, in the order they first come
+    std::map<std::string, std::size_t> place;
+    for (const FitRow& row : rows.done)
+        for (const FittedParameter& p : row.result.parameters)
+            if (place.emplace(p.name, parameters.size()).second)
+                parameters.push_back(p.name);
     std::string text = "file,model,lobes,metric";
     for (int i = 0; i < metric_count; ++i)
         text += fmt::format(",error_{}", name_of(static_cast<Metric>(i)));
-    text += ",samples,evaluations,seconds,material_file,parameters\n";
-    for (const FitRow& row : rows) {
+    text += ",samples,evaluations,seconds,build_seconds,random_starts,random_starts_better,"
+            "largest_albedo,remarks,failed,material_file";
+    for (const std::string& name : parameters)
+        for (const char* what : {"", "_se", "_at_bound"})
+            text += "," + csv_field(column_name(name) + what);
+    text += '\n';
+    const auto number = [](double value) {
+        return std::isfinite(value) ? fmt::format("{}", value) : std::string();
+    };
+    for (const FitRow& row : rows.done) {
         const FitResult& r = row.result;
         text += fmt::format("{},{},{},{}", csv_field(row.file), r.model, r.material.lobes.size(),
                             name_of(options.metric));
         for (const double error : r.errors)
             text += fmt::format(",{}", error);
-        std::string parameters;
+        text += fmt::format(",{},{},{:.6f},{:.6f},{},{},{},{},,{}", r.samples, r.evaluations,
+                            r.seconds, r.build_seconds, r.random_starts, r.random_starts_better,
+                            number(r.largest_albedo.value),
+                            csv_field(fmt::format("{}", fmt::join(remarks_on(r), "; "))),
+                            csv_field(row.material_file));
+        std::vector<const FittedParameter*> of_row(parameters.size(), nullptr);
         for (const FittedParameter& p : r.parameters)
-            parameters += fmt::format("{}{}={}", parameters.empty() ? "" : ";", p.name, p.value);
-        text += fmt::format(",{},{},{:.6f},{},{}\n", r.samples, r.evaluations, r.seconds,
-                            csv_field(row.material_file), csv_field(parameters));
+            of_row[place[p.name]] = &p;
+        for (const FittedParameter* p : of_row)
+            text += p == nullptr ? ",,,"
+                                 : fmt::format(",{},{},{}", p->value, number(p->standard_error),
+                                               p->at_bound ? 1 : 0);
+        text += '\n';
     }
+    for (const FailedFit& failed : rows.failed)
+        text += fmt::format("{},{},{},{},,,,,,,,,,,,,{},{}\n", csv_field(failed.file), failed.model,
+                            failed.model.empty() ? "" : fmt::format("{}", failed.lobes),
+                            name_of(options.metric), csv_field(failed.reason),
+                            std::string(3 * parameters.size(), ','));
     file.write(text);
     file.commit();
 }

@@ -220,7 +220,11 @@ std::vector<double> Space::snapped(std::vector<double> theta) const {
 }
 
 std::vector<double> Space::random(std::uint64_t seed, std::uint64_t number) const {
-    std::seed_seq sequence{seed, number};
+    // seed_seq takes 32 bits of each.
+    std::vector<std::uint64_t> words{seed, number};
+    if (seed >> 32 != 0)
+        words.push_back(seed >> 32);
+    std::seed_seq sequence(words.begin(), words.end());
     std::mt19937_64 generator(sequence);
     const std::vector<double> low = lower(), high = upper();
     std::vector<double> x;

@@ -39,13 +39,13 @@ int demo(const std::string& folder, const Globals& globals) {
     request.models = {"all"};
     request.lobes = {1, 2};
     request.folder = (std::filesystem::path(folder) / "fits").string();
-    FitSummaries summaries;
-    summaries.csv = (std::filesystem::path(folder) / "summary.csv").string();
+    request.force = true; // the folder is its own
+    request.csv = (std::filesystem::path(folder) / "summary.csv").string();
     if (!globals.quiet)
         fmt::print("$ brdfit fit {} -m all --lobes 1,2 -o {} --csv {}\n\n",
-                   fmt::join(request.files, " "), request.folder, summaries.csv);
+                   fmt::join(request.files, " "), request.folder, request.csv);
     std::fflush(stdout);
-    return fit_files(request, summaries, globals);
+    return fit_files(request, false, globals);
 }
 
 } // namespace

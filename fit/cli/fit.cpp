@@ -12,9 +12,9 @@ namespace {
 
 struct Options {
     FitRequest request;
-    FitSummaries summaries;
     std::string metric = "ngan", algorithm = "slsqp", start;
     std::vector<std::string> fixes, bounds;
+    bool json = false;
     Isotropy isotropy;
 };
 
@@ -30,7 +30,7 @@ int fit(Options& options, const Globals& globals) {
     check(request);
     if (!options.start.empty())
         request.options.start = read_material(options.start);
-    return fit_files(request, options.summaries, globals);
+    return fit_files(request, options.json, globals);
 }
 
 } // namespace
@@ -55,7 +55,7 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
         ->allow_extra_args(false)
         ->delimiter(',')
         ->check(CLI::Range(1, static_cast<int>(max_lobes)))
-        ->capture_default_str();
+        ->default_str("1");
     command->add_option("--diffuse", request.diffuse, "diffuse shape (default: lambert)");
     command->add_option("--metric", options->metric, "what is minimised: ngan, l2, log or cbrt")
         ->capture_default_str();
@@ -84,8 +84,9 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
         ->allow_extra_args(false);
     command->add_option("--bound", options->bounds, "narrow a parameter's range: alpha=0:1")
         ->allow_extra_args(false);
-    command->add_option("--csv", options->summaries.csv, "also write a summary, one row a fit");
-    command->add_flag("--json", options->summaries.json, "print the results as JSON");
+    command->add_option("--csv", request.csv, "also write a summary, one row a fit");
+    command->add_flag("--force", request.force, "replace materials and summaries that exist");
+    command->add_flag("--json", options->json, "print the results as JSON");
     options->isotropy.add_to(*command);
     command->footer(
         "Example:\n  brdfit fit nickel.binary -m kurt,ward,kurt+ward --lobes 1,2 -o out");

@@ -3,6 +3,7 @@
 #include "fit/programs.hpp"
 #include "fit/report.hpp"
 #include "host/cli/progress.hpp"
+#include "host/device/errors.hpp"
 #include "host/error.hpp"
 #include "host/files/file.hpp"
 #include "host/measured/read.hpp"
@@ -10,6 +11,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
+#include <functional>
+#include <optional>
 #include <spdlog/spdlog.h>
 
 namespace brdfit::cli {
@@ -29,74 +32,94 @@ void report_speed(const FitResult& r) {
                   r.model, r.material.lobes.size(), r.build_seconds, r.search_seconds,
                   r.thinned_evaluations, r.polish_seconds, r.passes, r.samples,
                   r.samples_per_second() / 1e6);
-    if (r.random_starts_better > 0)
-        spdlog::warn("{} {}: {} random starts beat the global search", r.model,
-                     r.material.lobes.size(), r.random_starts_better);
+}
+
+// The message, with the file in front where it does not name it.
+std::string message_naming(const std::string& file, const std::exception& error) {
+    const std::string message = message_of(error);
+    return message.find(file) == std::string::npos ? fmt::format("{}: {}", file, message) : message;
+}
+
+// Fits all structures asked for to one file; what fails is reported and noted.
+void fit_file(const FitRequest& request, const Device& device, ProgramCache& programs,
+              const std::string& file, const std::string& stem,
+              const std::function<void(const std::string& next)>& show, Progress& progress,
+              FitRows& rows) {
+    std::optional<Samples> samples;
+    std::optional<FileFitter> fitter;
+    const auto failed = [&](const std::string& model, std::size_t lobes, const std::string& why) {
+        progress.clear();
+        spdlog::error("{}",
+                      model.empty() ? why : fmt::format("{}: {} {}: {}", file, model, lobes, why));
+        rows.failed.push_back({file, model, lobes, why});
+    };
+    try {
+        samples.emplace(read_samples(file, request.isotropic));
+        fitter.emplace(device, programs, *samples, request.options);
+    } catch (const UsageError&) {
+        throw;
+    } catch (const std::exception& error) {
+        failed("", 0, message_naming(file, error));
+        return;
+    }
+    for (const Structure& structure : structures_of(request, samples->isotropic)) {
+        show(fmt::format("{} {} {}", stem, structure.name(), structure.lobes.size()));
+        try {
+            FitRow row{file, material_path(request, stem, structure), fitter->fit(structure)};
+            row.result.material.fit = fit_record(row.result, *samples, request.options, device);
+            write_material(row.result.material, row.material_file);
+            progress.clear();
+            report_speed(row.result);
+            rows.done.push_back(std::move(row));
+        } catch (const UsageError&) {
+            throw;
+        } catch (const std::exception& error) {
+            failed(structure.name(), structure.lobes.size(), message_of(error));
+        }
+    }
 }
 
 } // namespace
 
-int fit_files(const FitRequest& request, const FitSummaries& summaries, const Globals& globals) {
+int fit_files(const FitRequest& request, bool json, const Globals& globals) {
+    check_nothing_is_replaced(request);
     const Device device = open_device(globals.device);
     spdlog::debug("device {}: {}", device.index, device.name);
     const bool folder_is_new = !std::filesystem::exists(request.folder);
     check_folder(request.folder);
     ProgramCache programs(device);
     const std::vector<std::string> stems = distinct_stems(request.files);
-    std::vector<FitRow> rows;
-    bool failed = false;
-    const std::size_t jobs_a_file = structures_of(request, true).size();
-    Progress progress(request.files.size() * jobs_a_file, globals.quiet);
+    FitRows rows;
+    const std::size_t fits_a_file = structures_of(request, true).size();
+    Progress progress(request.files.size() * fits_a_file, globals.quiet);
     for (std::size_t f = 0; f < request.files.size(); ++f) {
         const std::string& file = request.files[f];
-        const std::size_t first_row = rows.size();
-        try {
-            progress.show(f * jobs_a_file, file);
-            const Samples samples = read_samples(file, request.isotropic);
-            FileFitter fitter(device, programs, samples, request.options);
-            const std::vector<Structure> structures = structures_of(request, samples.isotropic);
-            for (std::size_t s = 0; s < structures.size(); ++s) {
-                progress.show(f * jobs_a_file + s,
-                              fmt::format("{} {}", stems[f], structures[s].name()));
-                FitRow row{file, {}, fitter.fit(structures[s])};
-                FitResult& result = row.result;
-                result.material.fit = fit_record(result, samples, request.options, device);
-                row.material_file = (std::filesystem::path(request.folder) /
-                                     fmt::format("{}.{}.{}.json", stems[f], result.model,
-                                                 result.material.lobes.size()))
-                                        .string();
-                write_material(result.material, row.material_file);
-                progress.clear();
-                report_speed(result);
-                rows.push_back(std::move(row));
-            }
-        } catch (const UsageError&) {
-            throw;
-        } catch (const std::exception& error) {
-            progress.clear();
-            spdlog::error("{}", error.what());
-            failed = true;
-        }
-        if (!summaries.json && rows.size() > first_row) {
+        const std::size_t first_row = rows.done.size();
+        std::size_t done = f * fits_a_file;
+        progress.show(done, file);
+        fit_file(
+            request, device, programs, file, stems[f],
+            [&](const std::string& next) { progress.show(done++, next); }, progress, rows);
+        if (!json && rows.done.size() > first_row) {
             progress.clear();
             std::vector<const FitRow*> of_file;
-            for (std::size_t i = first_row; i < rows.size(); ++i)
-                of_file.push_back(&rows[i]);
+            for (std::size_t i = first_row; i < rows.done.size(); ++i)
+                of_file.push_back(&rows.done[i]);
             fmt::print("{}: {} samples fitted\n{}\n", file, of_file.front()->result.samples,
                        fit_table(of_file, request.options.metric));
             std::fflush(stdout);
         }
     }
     progress.clear();
-    if (summaries.json)
+    if (json)
         fmt::print("{}\n", fit_rows_json(rows, request.options).dump(2));
-    if (!summaries.csv.empty() && !rows.empty())
-        write_fit_csv(rows, request.options, summaries.csv);
-    if (rows.empty() && folder_is_new) {
+    if (!request.csv.empty())
+        write_fit_csv(rows, request.options, request.csv);
+    if (rows.done.empty() && folder_is_new) {
         std::error_code ignored; // it is not empty any more, then
         std::filesystem::remove(request.folder, ignored);
     }
-    return failed ? 1 : 0;
+    return rows.failed.empty() ? 0 : 1;
 }
 
 } // namespace brdfit::cli

@@ -95,12 +95,13 @@ int recover_from(const RecoverRequest& request, const GeneratorOptions& options,
     write_table(recovered.table, out);
     write_material(own.result.material, own.material_file);
 
-    std::vector<FitRow> rows{own};
+    FitRows rows;
+    rows.done.push_back(own);
     ProgramCache programs(device);
     FileFitter fitter(device, programs, samples, fit_options);
     for (std::size_t s = 0; s < structures.size(); ++s) {
         progress.show(1 + s, structures[s].name());
-        rows.push_back({request.file, "", fitter.fit(structures[s])});
+        rows.done.push_back({request.file, "", fitter.fit(structures[s])});
     }
     progress.clear();
     if (json) {
@@ -108,7 +109,7 @@ int recover_from(const RecoverRequest& request, const GeneratorOptions& options,
         return 0;
     }
     std::vector<const FitRow*> of_file;
-    for (const FitRow& row : rows)
+    for (const FitRow& row : rows.done)
         of_file.push_back(&row);
     fmt::print("{}: {} samples, {} polar angles of normals{}, {} iterations, material {}\n{}",
                request.file, recovered.samples, recovered.table.distribution.parts[0].table->height,

@@ -1,15 +1,14 @@
 #include "host/cli/command.hpp"
+#include "host/device/errors.hpp"
 #include "host/error.hpp"
 #include "host/files/file.hpp"
 #include "host/version.hpp"
 
-#include <CL/opencl.hpp>
 #include <array>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <memory>
-#include <new>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -109,17 +108,8 @@ int run(int argc, char** argv) {
     } catch (const UsageError& error) {
         spdlog::error("{}", error.what());
         return wrong_usage;
-    } catch (const InputError& error) {
-        spdlog::error("{}", error.what());
-        return bad_input;
-    } catch (const cl::Error& error) {
-        spdlog::error("OpenCL: {} failed with error {}", error.what(), error.err());
-        return bad_input;
-    } catch (const std::bad_alloc&) {
-        spdlog::error("out of memory");
-        return bad_input;
     } catch (const std::exception& error) {
-        spdlog::error("{}", error.what());
+        spdlog::error("{}", message_of(error));
         return bad_input;
     }
 }

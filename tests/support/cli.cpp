@@ -44,7 +44,8 @@ void Cli::synthesise(const std::string& material, const std::string& file, int c
 }
 
 Outcome Cli::fit(const std::vector<std::string>& options) const {
-    std::vector<std::string> arguments{"fit", folder / "paint.csv", "-o", folder / "out"};
+    std::vector<std::string> arguments{"fit", folder / "paint.csv", "-o", folder / "out",
+                                       "--force"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     return run_program(arguments);
 }

@@ -22,7 +22,7 @@ class Cli : public testing::Test {
   protected:
     Cli();
     void synthesise(const std::string& material, const std::string& file, int count = 600);
-    /// Runs `fit` on the measurement, to the folder out.
+    /// Runs `fit` on the measurement, to the folder out, whose files it may replace.
     Outcome fit(const std::vector<std::string>& options) const;
     nlohmann::json fit_json(std::vector<std::string> options) const;
     Material written(const std::string& name) const;

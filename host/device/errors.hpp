@@ -1,0 +1,16 @@
+#pragma once
+
+#include <exception>
+#include <string>
+
+namespace brdfit {
+
+/// The name of an OpenCL error code, "CL_OUT_OF_RESOURCES" for -5; of one that no header names its
+/// number.
+std::string opencl_error_name(int code);
+
+/// What went wrong, for people: OpenCL's errors with the call that failed and their name, lack of
+/// memory in words, everything else by its own message.
+std::string message_of(const std::exception& error);
+
+} // namespace brdfit
