@@ -176,8 +176,8 @@ TEST_F(Cli, fit_fix_of_m_means_both_roughnesses_of_anisotropic_data) {
 TEST_F(Cli, fit_isotropy_is_what_the_data_says_unless_overridden) {
     synthesise("brushed", "brushed.csv");
     const auto fitted = [&](const std::string& file, const std::vector<std::string>& options) {
-        std::vector<std::string> arguments{"fit",  folder / file, "-m",
-                                           "ward", "-o",          folder / "out"};
+        std::vector<std::string> arguments{"fit", folder / file,  "-m",     "ward",
+                                           "-o",  folder / "out", "--force"};
         arguments.insert(arguments.end(), options.begin(), options.end());
         const Outcome outcome = run_program(arguments);
         EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -331,8 +331,10 @@ TEST_F(Cli, of_several_files_the_good_ones_are_fitted) {
     expect_input_error(outcome, "broken.csv");
     expect_input_error(outcome, "missing.csv");
     EXPECT_EQ(out_names(), Names{"paint.ward.1.json"});
+    // The header, what failed with its reason, what was fitted.
     const std::string summary = read_file(folder / "summary.csv");
-    EXPECT_EQ(std::count(summary.begin(), summary.end(), '\n'), 2);
+    EXPECT_EQ(std::count(summary.begin(), summary.end(), '\n'), 4);
+    EXPECT_NE(summary.find("broken.csv: line 2"), std::string::npos) << summary;
 }
 
 TEST_F(Cli, data_without_a_usable_sample_is_bad_input) {
