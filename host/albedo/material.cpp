@@ -2,11 +2,15 @@
 
 #include "host/error.hpp"
 #include "host/evaluate/evaluate.hpp"
+#include "host/microfacet/reflectance.hpp"
+#include "host/parallel.hpp"
 #include "host/quadrature.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <memory>
+#include <optional>
 
 namespace brdfit {
 
@@ -19,13 +23,62 @@ constexpr double least_cosine = 1e-8;
 /// Azimuths of an anisotropic material's.
 constexpr std::size_t average_azimuths = 32;
 
-/// One component of a material: its share of R in each channel and its integrator.
+/// What a table already knows: R of its lobe, or what that leaves to the diffuse term, 1 - R or of
+/// a metal f0 max(0, f0 - R).
+struct Tabulated {
+    std::shared_ptr<const MicrofacetTable> table;
+    TableReflectance reflectance;
+    bool diffuse = false, metal = false, vanishes = false;
+    double f0 = 0;
+
+    AlbedoValue value(const AlbedoTask& task) const {
+        AlbedoValue found;
+        const double scale = diffuse && metal ? f0 : 1, r = reflectance.at(task.wo);
+        const double interpolation = scale * reflectance.interpolation_error(task.wo);
+        found.all = vanishes ? 0 : diffuse ? scale * std::max(0.0, (metal ? f0 : 1) - r) : r;
+        found.error = vanishes ? 0 : interpolation + scale * TableReflectance::node_error;
+        found.reached = interpolation <= task.tolerance;
+        return found;
+    }
+};
+
+/// One component of a material: its share of R in each channel and what says or integrates it.
 struct Component {
     std::vector<double> coefficients;
-    AlbedoIntegrator integrator;
+    std::optional<AlbedoIntegrator> integrator;
+    std::optional<Tabulated> tabulated;
     std::vector<double> theta;
     double tolerance;
+
+    std::vector<AlbedoValue> values(const std::vector<AlbedoTask>& tasks) {
+        if (!tabulated)
+            return integrator->integrate(tasks);
+        std::vector<AlbedoValue> found(tasks.size());
+        parallel_pieces(tasks.size(), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t t = begin; t < end; ++t)
+                found[t] = tabulated->value(tasks[t]);
+        });
+        return found;
+    }
 };
+
+/// What the lobe's table says of the component: of the lobe itself, or of the diffuse term of the
+/// paper. Nothing where a better tolerance is wanted, or where it has no such table.
+std::optional<Tabulated> tabulated(const Material& material, const Lobe& lobe, bool diffuse,
+                                   double tolerance) {
+    const std::string& name = diffuse ? material.diffuse->name : lobe.model->name;
+    if (lobe.table == nullptr || tolerance < TableReflectance::node_error ||
+        name != (diffuse ? "microfacet-diffuse" : "microfacet"))
+        return std::nullopt;
+    const double f0 = lobe.theta.at(0);
+    const bool metal = diffuse && material.metal;
+    return Tabulated{lobe.table,
+                     TableReflectance(*lobe.table, f0, lobe.correlated),
+                     diffuse,
+                     metal,
+                     diffuse && diffuse_constant(*lobe.table, {f0, lobe.correlated, metal}) == 0,
+                     f0};
+}
 
 std::vector<Component> components_of(const Device& device, const Material& material,
                                      double tolerance) {
@@ -47,6 +100,7 @@ std::vector<Component> components_of(const Device& device, const Material& mater
         structure.diffuse = j == 0 ? material.diffuse : &model_named("lambert");
         std::vector<double> theta;
         std::vector<float> shared;
+        std::optional<Tabulated> known;
         const bool needs_lobe = j > 0 || material.diffuse->kind == Kind::DiffuseAndLobe;
         if (needs_lobe) {
             const Lobe& lobe = material.lobes.at(j == 0 ? 0 : j - 1);
@@ -55,12 +109,15 @@ std::vector<Component> components_of(const Device& device, const Material& mater
             if (lobe.model->table) {
                 Material alone = material;
                 alone.lobes = {lobe};
-                shared = device_parameters(alone, false);
+                known = tabulated(material, lobe, j == 0, tolerance);
+                if (!known)
+                    shared = device_parameters(alone, false);
             }
         }
-        components.push_back({coefficients[j],
-                              AlbedoIntegrator(device, structure, j == 0 ? 0 : 1, shared), theta,
+        components.push_back({coefficients[j], std::nullopt, std::move(known), theta,
                               tolerance / used / largest(coefficients[j])});
+        if (!components.back().tabulated)
+            components.back().integrator.emplace(device, structure, j == 0 ? 0 : 1, shared);
     }
     return components;
 }
@@ -80,7 +137,7 @@ std::vector<std::vector<Estimate>> directional(std::vector<Component>& component
         std::vector<AlbedoTask> tasks;
         for (std::size_t k = 0; k < wo.size(); ++k)
             tasks.push_back({wo[k], component.theta, component.tolerance * slack[k], 0});
-        const std::vector<AlbedoValue> values = component.integrator.integrate(tasks);
+        const std::vector<AlbedoValue> values = component.values(tasks);
         for (std::size_t ch = 0; ch < channels; ++ch)
             for (std::size_t k = 0; k < wo.size(); ++k) {
                 if (component.coefficients[ch] == 0) // 0 of an infinite albedo is nothing
@@ -215,6 +272,14 @@ Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& 
         result.average.push_back(estimate.value);
         result.average_error.push_back(std::isfinite(estimate.value) ? estimate.error : 0);
     }
+    const auto of_tables =
+        std::count_if(components.begin(), components.end(),
+                      [](const Component& component) { return component.tabulated.has_value(); });
+    if (of_tables > 0)
+        result.notes.push_back(fmt::format(
+            "{} of {} components taken from R0 and R1 of their microfacet tables, errors {} and "
+            "the interpolation's; a tolerance below that integrates them",
+            of_tables, components.size(), TableReflectance::node_error));
     result.notes.push_back(fmt::format(
         "tolerance {}; errors estimated, six standard errors of 16 independent estimates",
         tolerance));

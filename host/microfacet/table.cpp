@@ -28,16 +28,6 @@ std::array<double, 4> cubic_weights(double x) {
     return {-a * b * c / 6, x * b * c / 2, -x * a * c / 2, x * a * b / 6};
 }
 
-/// The column that stands for one beyond the sector.
-std::size_t folded(const Grid& grid, std::ptrdiff_t column) {
-    const auto n = static_cast<std::ptrdiff_t>(grid.columns);
-    if (grid.sector == Sector::All)
-        return static_cast<std::size_t>((column % n + n) % n);
-    const std::ptrdiff_t period = 2 * (n - 1);
-    const std::ptrdiff_t k = (column % period + period) % period;
-    return static_cast<std::size_t>(k < n ? k : period - k);
-}
-
 /// A plane with the columns beyond its sector that interpolation needs.
 void append_plane(std::vector<float>& words, const Grid& grid, const std::vector<float>& plane) {
     for (std::size_t r = 0; r < grid.rows; ++r) {
@@ -61,24 +51,6 @@ void append_cumulative(std::vector<float>& words, const std::vector<double>& mas
         words.push_back(static_cast<float>(whole > 0 ? sum / whole : 0));
     }
     words.back() = 1;
-}
-
-/// What of g is interpolated (kernels/terms/grid.cl): g(-k), or log(g) where the normals lean to
-/// one side.
-std::pair<std::vector<float>, bool> interpolated_area(const MicrofacetTable& table) {
-    const Grid& grid = table.grid;
-    const Vector& mean = table.mean;
-    const bool leans = std::hypot(mean[0], mean[1]) > 1e-3 * mean[2];
-    std::vector<float> plane(grid.count());
-    for (std::size_t r = 0; r < grid.rows; ++r)
-        for (std::size_t k = 0; k < grid.columns; ++k) {
-            const Vector d = grid.direction(static_cast<double>(r), static_cast<double>(k));
-            const double facing = d[0] * mean[0] + d[1] * mean[1] + d[2] * mean[2];
-            const double g = table.g[r * grid.columns + k];
-            plane[r * grid.columns + k] = static_cast<float>(
-                leans ? std::log(std::max(g, double{LEAST_AREA} * table.mean_height)) : g - facing);
-        }
-    return {plane, leans};
 }
 
 } // namespace
@@ -121,6 +93,31 @@ double Grid::column(double azimuth) const {
         return std::min((turn < 0 ? turn + 1 : turn) * count, count * (1 - 1e-12));
     }
     return psi / psi_span(sector) * (count - 1);
+}
+
+std::size_t folded(const Grid& grid, std::ptrdiff_t column) {
+    const auto n = static_cast<std::ptrdiff_t>(grid.columns);
+    if (grid.sector == Sector::All)
+        return static_cast<std::size_t>((column % n + n) % n);
+    const std::ptrdiff_t period = 2 * (n - 1);
+    const std::ptrdiff_t k = (column % period + period) % period;
+    return static_cast<std::size_t>(k < n ? k : period - k);
+}
+
+std::pair<std::vector<float>, bool> interpolated_area(const MicrofacetTable& table) {
+    const Grid& grid = table.grid;
+    const Vector& mean = table.mean;
+    const bool leans = std::hypot(mean[0], mean[1]) > 1e-3 * mean[2];
+    std::vector<float> plane(grid.count());
+    for (std::size_t r = 0; r < grid.rows; ++r)
+        for (std::size_t k = 0; k < grid.columns; ++k) {
+            const Vector d = grid.direction(static_cast<double>(r), static_cast<double>(k));
+            const double facing = d[0] * mean[0] + d[1] * mean[1] + d[2] * mean[2];
+            const double g = table.g[r * grid.columns + k];
+            plane[r * grid.columns + k] = static_cast<float>(
+                leans ? std::log(std::max(g, double{LEAST_AREA} * table.mean_height)) : g - facing);
+        }
+    return {plane, leans};
 }
 
 double interpolate(const Grid& grid, const std::vector<float>& plane, double row, double column) {

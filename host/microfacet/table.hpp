@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace brdfit {
@@ -63,6 +64,13 @@ struct MicrofacetTable {
 /// A plane's value at a direction of row and column, cubic between the nodes as the kernels have
 /// it.
 double interpolate(const Grid& grid, const std::vector<float>& plane, double row, double column);
+
+/// The column that stands for one beyond the sector.
+std::size_t folded(const Grid& grid, std::ptrdiff_t column);
+
+/// What of g the kernels interpolate (kernels/terms/grid.cl): g(-k), or log(g) where the normals
+/// lean to one side; and whether they do.
+std::pair<std::vector<float>, bool> interpolated_area(const MicrofacetTable& table);
 
 /// The table with g alone on a grid `factor` times as fine each way, interpolated.
 MicrofacetTable refined(const MicrofacetTable& table, std::size_t factor);
