@@ -343,19 +343,17 @@ std::vector<FileFitter::Solution> FileFitter::finalists(const Structure& structu
 
 FileFitter::Solution FileFitter::best_polished(const Structure& structure, const Space& space,
                                                const std::vector<Solution>& finalists) {
-    std::unique_ptr<Objective>& objective = full_objectives_[structure.key()];
-    objective = std::make_unique<Objective>(
-        device_, programs_.get(structure, packed_.channels, packed_.chunk), packed_);
+    Objective& objective = full_objective(structure);
     Solution best;
     best.squared_error = std::numeric_limits<double>::infinity();
     const auto try_from = [&](const Solution& start) {
-        Solution solution = polish(*objective, space, start, full_polish());
+        Solution solution = polish(objective, space, start, full_polish());
         if (better(solution, best))
             best = std::move(solution);
     };
     for (const Solution& finalist : finalists)
         try_from(finalist);
-    // Never worse than what it extends.
+    // Never worse than what it extends, which the search has fitted.
     if (!options_.start)
         for (const Smaller& part : smaller_than(structure))
             if (fitted(part.structure).solution.squared_error < best.squared_error)
@@ -388,26 +386,25 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     fit.search_seconds = lap();
     fit.solution = best_polished(structure, fit.space, starts);
     fit.polish_seconds = lap();
+    fit.evaluations = full_objective(structure).evaluations();
     return fitted_.emplace(structure.key(), std::move(fit)).first->second;
 }
 
-std::unique_ptr<Objective> FileFitter::full_objective(const Structure& structure) {
-    const auto known = full_objectives_.find(structure.key());
-    if (known == full_objectives_.end())
-        return std::make_unique<Objective>(
+Objective& FileFitter::full_objective(const Structure& structure) {
+    if (!full_objective_ || full_objective_->structure().key() != structure.key()) {
+        full_objective_.reset(); // its planes first: they may be a gigabyte
+        full_objective_ = std::make_unique<Objective>(
             device_, programs_.get(structure, packed_.channels, packed_.chunk), packed_);
-    std::unique_ptr<Objective> objective = std::move(known->second);
-    full_objectives_.erase(known);
-    return objective;
+    }
+    return *full_objective_;
 }
 
 FitResult FileFitter::fit(const Structure& structure) {
     const auto started = std::chrono::steady_clock::now();
     const double building = programs_.build_seconds();
     const Fitted& fit = fitted(structure);
-    // Its planes are freed at the end: what other fits need of this one is its solution.
-    const std::unique_ptr<Objective> owned = full_objective(structure);
-    Objective& objective = *owned;
+    Objective& objective = full_objective(structure);
+    const std::size_t evaluations = objective.evaluations();
     Solution solution = fit.solution;
     FitResult result;
     result.random_starts = options_.random_starts;
@@ -430,7 +427,9 @@ FitResult FileFitter::fit(const Structure& structure) {
     result.material = material_of(structure, samples_.channels, solution.theta, solution.a);
     result.theta = std::move(solution.theta);
     result.samples = packed_.count;
-    result.evaluations = objective.evaluations();
+    result.largest_albedo = largest_albedo(ComponentAlbedos(programs_, structure), structure,
+                                           samples_.channels, result.theta, solution.a);
+    result.evaluations = fit.evaluations + objective.evaluations() - evaluations;
     result.passes = objective.timed_passes();
     result.pass_seconds = objective.seconds();
     result.thinned_evaluations = fit.thinned_evaluations;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fit/conserve.hpp"
 #include "fit/minimise.hpp"
 #include "fit/objective.hpp"
 #include "fit/programs.hpp"
@@ -46,15 +47,6 @@ struct FitOptions {
     std::optional<Material> start;
 };
 
-/// The largest directional albedo of a material, where it is known.
-struct LargestAlbedo {
-    double value = std::numeric_limits<double>::quiet_NaN();
-    double theta = 0; ///< degrees
-    std::string channel;
-    bool above_1() const { return value > 1 + albedo_tolerance; }
-    static constexpr double albedo_tolerance = 1e-2; ///< that it is computed with
-};
-
 struct FitResult {
     std::string model; ///< the structure's name
     Material material;
@@ -73,7 +65,7 @@ struct FitResult {
     double seconds = 0;                            ///< all of it but build_seconds
     int random_starts = 0;                         ///< polished besides the global search
     int random_starts_better = 0; ///< of these, that beat the search by more than 0.1 %
-    /// The largest directional albedo R below 85 degrees, over all channels.
+    /// The largest directional albedo R up to 85 degrees, over all channels.
     LargestAlbedo largest_albedo;
     double samples_per_second() const {
         return pass_seconds > 0 ? static_cast<double>(samples * passes) / pass_seconds : 0;
@@ -103,7 +95,7 @@ class FileFitter {
     struct Fitted {
         Space space;
         Solution solution;
-        std::size_t thinned_evaluations = 0;
+        std::size_t evaluations = 0, thinned_evaluations = 0;
         double search_seconds = 0, polish_seconds = 0;
     };
     // A structure without one of its lobes.
@@ -121,8 +113,8 @@ class FileFitter {
     std::vector<Solution> finalists(const Structure& structure, const Space& space);
     Solution best_polished(const Structure& structure, const Space& space,
                            const std::vector<Solution>& finalists);
-    // The objective that polished the structure, or a new one.
-    std::unique_ptr<Objective> full_objective(const Structure& structure);
+    // On all samples; kept until another structure's is asked for.
+    Objective& full_objective(const Structure& structure);
     Objective& thinned_objective(const Structure& structure);
     std::vector<StartingPoint> searched_starts(const Structure& structure, const Space& space);
     std::vector<Solution> drawn_starts(Objective& objective, const Space& space) const;
@@ -146,8 +138,7 @@ class FileFitter {
     DeviceSamples packed_, thinned_; // thinned_: for the search
     std::map<std::string, std::unique_ptr<Objective>> thinned_objectives_;
     std::map<std::string, Fitted> fitted_;
-    // On all samples, from the polish until fit() reports.
-    std::map<std::string, std::unique_ptr<Objective>> full_objectives_;
+    std::unique_ptr<Objective> full_objective_;
 };
 
 } // namespace brdfit

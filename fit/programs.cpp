@@ -43,6 +43,29 @@ const cl::Program& ProgramCache::gram() {
     return *gram_;
 }
 
+std::vector<AlbedoValue> ProgramCache::albedos(const Model* diffuse, const Model* lobe,
+                                               const std::vector<AlbedoTask>& tasks) {
+    const std::lock_guard<std::mutex> lock(albedo_mutex_);
+    const std::pair key(diffuse, lobe);
+    auto known = integrators_.find(key);
+    if (known == integrators_.end() && !tasks.empty()) {
+        const auto started = std::chrono::steady_clock::now();
+        Structure structure{diffuse != nullptr ? diffuse : &model_named("lambert"), {}, false};
+        if (lobe != nullptr)
+            structure.lobes.push_back(lobe);
+        known = integrators_
+                    .emplace(key, AlbedoIntegrator(device_, structure, diffuse != nullptr ? 0 : 1))
+                    .first;
+        // The first runs of its kernels may compile them.
+        AlbedoTask coarse = tasks.front();
+        coarse.relative = 1;
+        known->second.integrate({coarse});
+        const std::lock_guard<std::mutex> of_seconds(mutex_);
+        seconds_ += seconds_since(started);
+    }
+    return tasks.empty() ? std::vector<AlbedoValue>{} : known->second.integrate(tasks);
+}
+
 double ProgramCache::build_seconds() {
     const std::lock_guard<std::mutex> lock(mutex_);
     double seconds = seconds_;

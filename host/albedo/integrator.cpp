@@ -282,7 +282,7 @@ std::vector<AlbedoValue> AlbedoIntegrator::integrate(const std::vector<AlbedoTas
         for (std::size_t i = 0; i < chosen.size(); ++i) {
             const AlbedoTask& task = tasks[chosen[i]];
             running[i].task = &task;
-            running[i].relative = relative;
+            running[i].relative = std::max(relative, task.relative);
             if (z > 0) {
                 running[i].own = task;
                 running[i].own.wo = raised(task.wo, z);

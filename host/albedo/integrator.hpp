@@ -20,6 +20,7 @@ struct AlbedoTask {
                                ///< beyond the catalogue's ranges
     double tolerance = 1e-4;   ///< absolute; infinite: not wanted
     double ior = 0;            ///< index of refraction that AlbedoValue::weighted is for, or 0
+    double relative = 0;       ///< tolerance relative to the value; either tolerance will do
 };
 
 /// integral over wi of g iz, and of g iz weighted: by (1 - c)^5 for ior 0, otherwise by Fresnel's
