@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 namespace brdfit {
 
@@ -59,6 +60,17 @@ MetricErrors value_errors(const Samples& samples, const std::vector<std::uint32_
         sums[m] =
             std::sqrt(sums[m] / channels / (m == 1 ? static_cast<double>(used.size()) : whole));
     return sums;
+}
+
+double error_outside_peak(const Samples& samples, const std::vector<std::uint32_t>& used,
+                          const std::vector<float>& values) {
+    const float* const hz = samples.directions->plane(Directions::HZ);
+    std::vector<std::uint32_t> outside;
+    for (const std::uint32_t k : used)
+        if (hz[k] < std::cos(peak_theta * degree))
+            outside.push_back(k);
+    return outside.empty() ? std::numeric_limits<double>::quiet_NaN()
+                           : value_errors(samples, outside, values)[0];
 }
 
 } // namespace brdfit

@@ -31,4 +31,13 @@ using MetricErrors = std::array<double, metric_count>;
 MetricErrors value_errors(const Samples& samples, const std::vector<std::uint32_t>& used,
                           const std::vector<float>& values);
 
+/// Degrees of theta_h beyond which samples are outside the specular peak, where errors are reported
+/// apart.
+inline constexpr double peak_theta = 20;
+
+/// The error `ngan` over those of the samples `used` that are outside the specular peak; NaN where
+/// there is none.
+double error_outside_peak(const Samples& samples, const std::vector<std::uint32_t>& used,
+                          const std::vector<float>& values);
+
 } // namespace brdfit

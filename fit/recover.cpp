@@ -1,14 +1,12 @@
 #include "fit/recover.hpp"
 
+#include "fit/distribution_nodes.hpp"
 #include "fit/minimise.hpp"
 #include "fit/nonnegative.hpp"
 #include "fit/samples.hpp"
 #include "host/error.hpp"
-#include "host/microfacet/nodes.hpp"
 #include "host/parallel.hpp"
-#include "host/quadrature.hpp"
 
-#include <Eigen/Sparse>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -18,348 +16,171 @@ namespace brdfit {
 
 namespace {
 
-constexpr std::size_t most_samples = 50000; ///< that the alternation looks at
-constexpr std::size_t few_samples = 10000;  ///< up to here every start is followed
-constexpr std::size_t most_thetas = 91, azimuths = 36;
-constexpr double samples_a_node = 2;
-constexpr double smoothness = 1e-6; ///< of neighbouring nodes, relative to the data
+constexpr std::size_t most_samples = 50000; ///< that the descent looks at
+/// Of the penalty: what a step of one in log p between neighbouring nodes costs, beside the
+/// analytic distribution's, as a share of that distribution's squared error.
+constexpr double smoothness = 3e-3;
+/// Where p grows with theta_h though the analytic one does not, a step costs this much more.
+constexpr double rising = 10;
+/// Of the squared error beyond peak_theta, brought to the size of the whole.
+constexpr double emphasis = 0.05;
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// A sample as the alternation needs it.
 struct Sample {
-    double weight;               ///< w iz^2
-    double p5;                   ///< (1 - c)^5
-    std::array<int, 4> node;     ///< of p, with
-    std::array<double, 4> share; ///< their shares
-    Vector wi, wo;
+    double weight; ///< w iz^2
+    double p5;     ///< (1 - c)^5
+    bool outside;  ///< beyond peak_theta
+    DistributionNodes::Place normal, wi, wo;
 };
 
-/// The alternation's state and steps.
-class Alternation {
+/// Half vectors (planes HX to HZ) of a sample.
+Vector half(const Samples& samples, std::size_t k) {
+    const Directions& d = *samples.directions;
+    return {d.plane(Directions::HX)[k], d.plane(Directions::HY)[k], d.plane(Directions::HZ)[k]};
+}
+
+/// The squared error of a distribution, kd, ks and f0 being solved for.
+class Problem {
   public:
-    Alternation(const Device& device, const Generator& generator, const Samples& samples,
-                const RecoverOptions& options)
-        : generator_(generator), source_(samples.source), channels_(samples.channels.size()) {
-        const DeviceSamples packed = pack_samples(device, samples, options.max_theta, Metric::Ngan);
-        const DeviceSamples thin =
-            thin_samples(device, samples, packed, Metric::Ngan, most_samples);
-        count = packed.count;
-        choose_nodes(samples, thin.used);
-        gather(samples, thin.used);
-        grid_.sector = table_.width == 1 ? Sector::Isotropic : Sector::All;
-        grid_.rows = table_.width == 1 ? 256 : 40;
-        grid_.columns = table_.width == 1 ? 1 : 80;
-        grid_.scale = 0.1;
-        for (std::size_t r = 0; r < grid_.rows; ++r)
-            for (std::size_t k = 0; k < grid_.columns; ++k)
-                directions_.push_back(
-                    grid_.direction(static_cast<double>(r), static_cast<double>(k)));
-        place();
-        if (table_.width == 1)
-            map_areas();
-    }
-
-    /// Whether descend() is possible.
-    bool isotropic() const { return table_.width == 1; }
-
-    /// Minimises the squared error over log p itself, g's dependence on p included, from where the
-    /// alternation ended: its fixed point is near the optimum, not at it. Returns how often the
-    /// error was evaluated.
-    int descend() {
-        const double most = *std::max_element(p_.begin(), p_.end());
-        std::vector<double> start, lower, upper;
-        for (const double p : p_) {
-            start.push_back(std::log(std::max(p / most, 1e-8)));
-            lower.push_back(start.back() - 8);
-            upper.push_back(start.back() + 8);
-        }
-        MinimiseOptions options;
-        options.algorithm = "LD_LBFGS";
-        options.max_evaluations = 2000;
-        options.relative_tolerance = 1e-7;
-        const auto error = [&](const std::vector<double>& x, std::vector<double>* gradient) {
-            for (std::size_t i = 0; i < p_.size(); ++i)
-                p_[i] = std::exp(x[i]);
-            see();
-            const double value = solve_strengths();
-            return value + add_gradient(x, gradient);
-        };
-        const Minimum found = minimise(error, start, lower, upper, options);
-        error(found.x, nullptr);
-        return found.evaluations;
-    }
-
-    /// Starting points, Gaussians of several widths: the best, or all where there are few samples.
-    std::vector<std::vector<double>> starts() {
-        double best = std::numeric_limits<double>::infinity();
-        std::vector<std::vector<double>> all, first;
-        for (const double sigma : {0.003, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8}) {
-            std::vector<double> p(p_count());
-            for (std::size_t i = 0; i < p.size(); ++i) {
-                const double t =
-                    std::tan(std::min(table_.thetas[i / table_.width], pi / 2 - 1e-3)) / sigma;
-                p[i] = std::exp(-t * t) + 1e-6;
-            }
-            all.push_back(p);
-            if (const double error = set(p); error < best) {
-                best = error;
-                first = {p};
-            }
-        }
-        return samples_.size() <= few_samples && table_.width == 1 ? all : first;
-    }
-
-    /// p given the areas and strengths, then the areas and strengths that it implies; returns the
-    /// squared error. `step`: how far the logarithm of p goes towards its solution.
-    double iterate(double step) {
-        const std::vector<double> before = p_;
-        solve_distribution();
-        const double most = *std::max_element(p_.begin(), p_.end());
-        for (std::size_t i = 0; i < p_.size(); ++i) {
-            const double to = std::max(p_[i], 1e-9 * most);
-            const double from = std::max(before[i], 1e-12 * most);
-            p_[i] = std::exp((1 - step) * std::log(from) + step * std::log(to));
-        }
-        see();
-        return solve_strengths();
-    }
-
-    DistributionPart part() const {
-        DistributionPart part;
-        part.shape = Shape::Tabulated;
-        auto table = std::make_shared<DirectionTable>(table_);
-        const double most = *std::max_element(p_.begin(), p_.end());
-        for (const double p : p_)
-            table->values.push_back(static_cast<float>(p / most));
-        part.table = table;
-        return part;
-    }
-
-    std::vector<double> p() const { return p_; }
-    /// Returns the squared error with the best strengths.
-    double set(const std::vector<double>& p) {
-        p_ = p;
-        see();
-        return solve_strengths();
-    }
-
-    double f0 = 0.5;
-    std::vector<double> kd, ks;
-    std::size_t count = 0;
-
-  private:
-    static Vector half(const Samples& samples, std::size_t k) {
-        const Directions& d = *samples.directions;
-        return {d.plane(Directions::HX)[k], d.plane(Directions::HY)[k], d.plane(Directions::HZ)[k]};
-    }
-    static double theta_of(const Vector& h) { return std::atan2(std::hypot(h[0], h[1]), h[2]); }
-
-    // Polar angles finer near the normal, as many as there are samples for.
-    void choose_nodes(const Samples& samples, const std::vector<std::uint32_t>& used) {
-        const std::size_t across = samples.isotropic ? 1 : azimuths;
-        std::vector<double> thetas;
-        for (const std::uint32_t k : used)
-            thetas.push_back(theta_of(half(samples, k)));
-        std::sort(thetas.begin(), thetas.end());
-        const double least = samples_a_node * static_cast<double>(across);
-        const std::size_t wanted = samples.isotropic ? most_thetas : 31;
-        std::size_t last = 0;
-        table_.thetas = {0};
-        for (std::size_t i = 1; i + 1 < wanted; ++i) {
-            const double share = static_cast<double>(i) / static_cast<double>(wanted - 1);
-            const double theta = share * share * pi / 2;
-            const auto below = static_cast<std::size_t>(
-                std::lower_bound(thetas.begin(), thetas.end(), theta) - thetas.begin());
-            if (static_cast<double>(below - last) < least)
-                continue;
-            table_.thetas.push_back(theta);
-            last = below;
-        }
-        table_.thetas.push_back(pi / 2);
-        for (std::size_t j = 0; j < across; ++j)
-            table_.phis.push_back(2 * pi * static_cast<double>(j) / static_cast<double>(across));
-        table_.height = table_.thetas.size();
-        table_.width = across;
-    }
-
-    void gather(const Samples& samples, const std::vector<std::uint32_t>& used) {
+    Problem(const Samples& samples, const std::vector<std::uint32_t>& used)
+        : nodes(samples.isotropic), source_(samples.source), channels_(samples.channels.size()) {
         const float* const iz = samples.directions->plane(Directions::WiZ);
         const float* const c = samples.directions->plane(Directions::C);
+        double whole = 0;
         for (const std::uint32_t k : used) {
             Sample sample{};
             sample.weight =
                 (samples.weights.empty() ? 1 : double{samples.weights[k]}) * iz[k] * iz[k];
             sample.p5 = std::pow(1 - c[k], 5);
-            const Vector h = half(samples, k);
-            const double theta = theta_of(h);
-            const auto& nodes = table_.thetas;
-            const auto next = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, theta);
-            const auto i = static_cast<int>(next - nodes.begin()) - 1;
-            const auto low = static_cast<std::size_t>(i);
-            const double s =
-                std::clamp((theta - nodes[low]) / (nodes[low + 1] - nodes[low]), 0.0, 1.0);
-            const int width = static_cast<int>(table_.width);
-            double turn = std::atan2(h[1], h[0]) / (2 * pi);
-            turn = (turn < 0 ? turn + 1 : turn) * width;
-            const int j = width == 1 ? 0 : std::min(static_cast<int>(turn), width - 1);
-            const double t = width == 1 ? 0 : turn - j;
-            const int other = (j + 1) % width;
-            sample.node = {i * width + j, i * width + other, (i + 1) * width + j,
-                           (i + 1) * width + other};
-            sample.share = {(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t};
-            std::tie(sample.wi, sample.wo) = samples.directions->pair(k);
+            sample.outside = half(samples, k)[2] < std::cos(peak_theta * degree);
+            sample.normal = nodes.place_of_normal(half(samples, k));
+            const auto [wi, wo] = samples.directions->pair(k);
+            sample.wi = nodes.place_of_area(wi);
+            sample.wo = nodes.place_of_area(wo);
             samples_.push_back(sample);
-            for (std::size_t ch = 0; ch < channels_; ++ch)
+            for (std::size_t ch = 0; ch < channels_; ++ch) {
                 values_.push_back(samples.channel(ch)[k]);
-            for (std::size_t ch = 0; ch < channels_; ++ch)
-                whole_ += sample.weight * std::pow(samples.channel(ch)[k], 2);
-        }
-    }
-
-    // Rows and columns of wi and wo in the grid of g.
-    void place() {
-        for (const Sample& sample : samples_)
-            for (const Vector& k : {sample.wi, sample.wo}) {
-                rows_.push_back(grid_.row(std::atan2(k[2], std::hypot(k[0], k[1]))));
-                columns_.push_back(grid_.column(std::atan2(k[1], k[0])));
-            }
-    }
-
-    // The linear map from the nodes of an isotropic p to g at the grid's rows. Over azimuth,
-    // (a cos phi + b)+ has a closed integral.
-    void map_areas() {
-        areas_ = Eigen::MatrixXd::Zero(static_cast<int>(grid_.rows), static_cast<int>(p_count()));
-        const Quadrature rule = gauss_legendre(24);
-        for (std::size_t r = 0; r < grid_.rows; ++r) {
-            const double e = grid_.elevation(static_cast<double>(r));
-            for (std::size_t n = 0; n + 1 < table_.height; ++n) {
-                // The integrand's derivative is unbounded where its azimuths begin to be cut.
-                std::vector<double> ends{table_.thetas[n], table_.thetas[n + 1]};
-                if (e > ends[0] && e < ends[1])
-                    ends.insert(ends.begin() + 1, e);
-                for (std::size_t piece = 0; piece + 1 < ends.size(); ++piece)
-                    for (std::size_t i = 0; i < rule.size(); ++i) {
-                        const double width = ends[piece + 1] - ends[piece];
-                        const double theta = ends[piece] + width * rule.x[i];
-                        const double a = std::sin(theta) * std::cos(e);
-                        const double b = std::cos(theta) * std::sin(e);
-                        const double over = b >= a ? 2 * pi * b
-                                                   : 2 * (b * std::acos(-b / a) +
-                                                          std::sqrt(std::max(0.0, a * a - b * b)));
-                        const double w = over * std::sin(theta) * width * rule.w[i];
-                        const double t =
-                            (theta - table_.thetas[n]) / (table_.thetas[n + 1] - table_.thetas[n]);
-                        areas_(static_cast<int>(r), static_cast<int>(n)) += w * (1 - t);
-                        areas_(static_cast<int>(r), static_cast<int>(n) + 1) += w * t;
-                    }
+                whole += sample.weight * std::pow(values_.back(), 2);
             }
         }
+        if (!(whole > 0))
+            throw InputError(
+                fmt::format("{}: nothing is reflected; no distribution follows", source_));
     }
 
-    std::size_t p_count() const { return table_.width * table_.height; }
+    const DistributionNodes nodes;
+    double f0 = 0;
+    std::vector<double> kd, ks;
 
-    // g of p (its largest value taken as 1) at the grid's directions.
-    std::vector<double> areas_of_p() const {
-        if (table_.width == 1) {
-            const Eigen::VectorXd g =
-                areas_ * Eigen::Map<const Eigen::VectorXd>(p_.data(), areas_.cols()) * scale_;
-            return {g.begin(), g.end()};
+    /// The squared error of log p = x, samples outside the peak counting 1 + `outside` times, and
+    /// its gradient by x, unless null.
+    double error(const std::vector<double>& x, double outside, std::vector<double>* gradient) {
+        std::vector<double> p(x.size());
+        std::transform(x.begin(), x.end(), p.begin(), [](double v) { return std::exp(v); });
+        see(p);
+        const double error = solve_strengths(outside);
+        if (gradient != nullptr)
+            differentiate(p, outside, *gradient);
+        return error;
+    }
+
+    /// Of that, with the strengths found last: all of it, and what is outside the peak.
+    struct Parts {
+        double whole = 0, outside = 0;
+    };
+    Parts parts() const {
+        Parts parts;
+        for (std::size_t i = 0; i < samples_.size(); ++i) {
+            const Sample& s = samples_[i];
+            const double lobe = lobe_[i] * (f0 + (1 - f0) * s.p5);
+            for (std::size_t ch = 0; ch < channels_; ++ch) {
+                const double e = kd[ch] / pi + ks[ch] * lobe - values_[i * channels_ + ch];
+                parts.whole += s.weight * e * e;
+                parts.outside += s.outside ? s.weight * e * e : 0;
+            }
         }
-        Distribution distribution;
-        distribution.parts = {part()};
-        distribution.sector = grid_.sector;
-        return generator_.visible_areas(distribution, directions_);
+        return parts;
     }
 
-    // g of p at the samples, as <h.n> / (4 g(wi) g(wo)).
-    void see() {
-        scale_ = 1 / *std::max_element(p_.begin(), p_.end());
-        const std::vector<double> g = areas_of_p();
-        const double height =
-            g[g.size() - grid_.columns]; // g(n) = <h.n>: all are above the horizon
-        plane_.assign(g.begin(), g.end());
+    /// Throws where the strengths found last leave the distribution no part in the reflectance.
+    void check_reflects() const {
+        if (!std::any_of(ks.begin(), ks.end(), [](double k) { return k > 0; }))
+            throw InputError(
+                fmt::format("{}: is diffuse; no distribution of normals follows", source_));
+    }
+
+  private:
+    static double at(const DistributionNodes::Place& place, const double* values) {
+        double sum = 0;
+        for (std::size_t b = 0; b < 4; ++b)
+            sum += place.share[b] * values[place.at[b]];
+        return sum;
+    }
+
+    // g of p, and at the samples p <h.n> / (4 g(wi) g(wo)): this does not change with p's scale.
+    void see(const std::vector<double>& p) {
+        g_ = nodes.areas() *
+             Eigen::Map<const Eigen::VectorXd>(p.data(), static_cast<Eigen::Index>(p.size()));
+        const double height = g_(g_.size() - 1);
+        // g(k) >= (k.n) <h.n>, more than 0 but where numbers underflow.
+        g_ = g_.cwiseMax(std::max(1e-9 * height, std::numeric_limits<double>::min()));
         visibility_.resize(samples_.size());
-        parallel_pieces(samples_.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        lobe_.resize(samples_.size());
+        parallel_pieces(samples_.size(), 8192, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                double product = 1;
-                for (std::size_t k = 2 * i; k < 2 * i + 2; ++k)
-                    product *=
-                        std::max(interpolate(grid_, plane_, rows_[k], columns_[k]), 1e-9 * height);
-                visibility_[i] = height / (4 * product);
+                const Sample& s = samples_[i];
+                visibility_[i] = height / (4 * at(s.wi, g_.data()) * at(s.wo, g_.data()));
+                lobe_[i] = visibility_[i] * at(s.normal, p.data());
             }
         });
     }
 
-    double p_at(const Sample& sample) const {
-        double p = 0;
-        for (std::size_t b = 0; b < 4; ++b)
-            p += sample.share[b] * p_[static_cast<std::size_t>(sample.node[b])];
-        return p * scale_;
-    }
-
-    // The squared error's derivatives by log p at the solved strengths; returns what smoothness
-    // adds to the error.
-    double add_gradient(const std::vector<double>& x, std::vector<double>* gradient) const {
-        double penalty = 0;
-        if (gradient != nullptr)
-            gradient->assign(x.size(), 0.0);
-        for (std::size_t n = 0; n + 1 < x.size(); ++n) {
-            const double step = x[n + 1] - x[n], w = smoothness * whole_;
-            penalty += w * step * step;
-            if (gradient != nullptr) {
-                (*gradient)[n] -= 2 * w * step;
-                (*gradient)[n + 1] += 2 * w * step;
-            }
-        }
-        if (gradient == nullptr)
-            return penalty;
-        // By p, and by g at the grid's rows.
-        Eigen::VectorXd by_p = Eigen::VectorXd::Zero(static_cast<int>(p_.size()));
-        Eigen::VectorXd by_g = Eigen::VectorXd::Zero(static_cast<int>(grid_.rows));
-        const auto last = static_cast<int>(grid_.rows) - 1;
+    void differentiate(const std::vector<double>& p, double outside,
+                       std::vector<double>& gradient) const {
+        const auto count = static_cast<Eigen::Index>(p.size());
+        Eigen::VectorXd by_p = Eigen::VectorXd::Zero(count);
+        Eigen::VectorXd by_g = Eigen::VectorXd::Zero(g_.size());
         for (std::size_t i = 0; i < samples_.size(); ++i) {
             const Sample& s = samples_[i];
-            const double shape = visibility_[i] * (f0 + (1 - f0) * s.p5);
-            const double lobe = p_at(s) * shape;
+            const double fresnel = f0 + (1 - f0) * s.p5, lobe = lobe_[i] * fresnel;
             double pull = 0;
             for (std::size_t ch = 0; ch < channels_; ++ch)
-                pull += 2 * s.weight * ks[ch] *
-                        (kd[ch] / pi + ks[ch] * lobe - values_[i * channels_ + ch]);
+                pull += ks[ch] * (kd[ch] / pi + ks[ch] * lobe - values_[i * channels_ + ch]);
+            pull *= 2 * s.weight * (s.outside ? 1 + outside : 1);
             for (std::size_t b = 0; b < 4; ++b)
-                by_p(s.node[b]) += pull * shape * s.share[b] * scale_;
-            by_g(last) += pull * lobe / double{plane_.back()};
-            for (std::size_t k = 2 * i; k < 2 * i + 2; ++k) {
-                // Linear between rows: they are close.
-                const int row = std::min(static_cast<int>(rows_[k]), last - 1);
-                const double t = rows_[k] - row;
-                const double slope = -pull * lobe / interpolate(grid_, plane_, rows_[k], 0);
-                by_g(row) += slope * (1 - t);
-                by_g(row + 1) += slope * t;
+                by_p(s.normal.at[b]) += pull * visibility_[i] * fresnel * s.normal.share[b];
+            by_g(g_.size() - 1) += pull * lobe / g_(g_.size() - 1);
+            for (const DistributionNodes::Place* k : {&s.wi, &s.wo}) {
+                const double slope = -pull * lobe / at(*k, g_.data());
+                for (std::size_t b = 0; b < 4; ++b)
+                    by_g(k->at[b]) += slope * k->share[b];
             }
         }
-        by_p += scale_ * (areas_.transpose() * by_g);
-        for (std::size_t n = 0; n < x.size(); ++n)
-            (*gradient)[n] += by_p(static_cast<int>(n)) * p_[n];
-        return penalty;
+        by_p += nodes.areas().transpose() * by_g;
+        gradient.resize(p.size());
+        for (std::size_t n = 0; n < p.size(); ++n)
+            gradient[n] = by_p(static_cast<Eigen::Index>(n)) * p[n];
     }
 
     // kd and ks of each channel for the best f0; returns the squared error.
-    double solve_strengths() {
+    double solve_strengths(double outside) {
         // Sums over {1 / pi, A, B}: the lobe is A + f0 B.
         Eigen::Matrix3d gram = Eigen::Matrix3d::Zero();
-        Eigen::Matrix3Xd projected = Eigen::Matrix3Xd::Zero(3, static_cast<int>(channels_));
+        Eigen::Matrix3Xd projected =
+            Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(channels_));
         std::vector<double> squared(channels_);
         for (std::size_t i = 0; i < samples_.size(); ++i) {
             const Sample& s = samples_[i];
-            const double g = p_at(s) * visibility_[i];
-            const Eigen::Vector3d b(1 / pi, s.p5 * g, (1 - s.p5) * g);
-            gram += s.weight * b * b.transpose();
+            const double w = s.weight * (s.outside ? 1 + outside : 1);
+            const Eigen::Vector3d b(1 / pi, s.p5 * lobe_[i], (1 - s.p5) * lobe_[i]);
+            gram += w * b * b.transpose();
             for (std::size_t ch = 0; ch < channels_; ++ch) {
                 const double y = values_[i * channels_ + ch];
-                projected.col(static_cast<int>(ch)) += s.weight * y * b;
-                squared[ch] += s.weight * y * y;
+                projected.col(static_cast<Eigen::Index>(ch)) += w * y * b;
+                squared[ch] += w * y * y;
             }
         }
-        double best = std::numeric_limits<double>::infinity();
+        double best = infinity;
         const auto tried = [&](double f) {
             SmallMatrix small(2, 2);
             small << gram(0, 0), gram(0, 1) + f * gram(0, 2), gram(0, 1) + f * gram(0, 2),
@@ -367,7 +188,7 @@ class Alternation {
             double error = 0;
             std::vector<double> diffuse, specular;
             for (std::size_t ch = 0; ch < channels_; ++ch) {
-                const auto column = projected.col(static_cast<int>(ch));
+                const auto column = projected.col(static_cast<Eigen::Index>(ch));
                 SmallVector pull(2), zero = SmallVector::Zero(2);
                 pull << column(0), column(1) + f * column(2);
                 const NonNegativeSolution solution =
@@ -385,141 +206,214 @@ class Alternation {
         };
         for (int i = 0; i <= 50; ++i)
             tried(i / 50.0);
-        for (double step = 0.01; step > 1e-4; step *= 0.5)
+        for (double step = 0.01; step > 1e-6; step *= 0.5)
             for (const double sign : {-1.0, 1.0})
                 tried(std::clamp(f0 + sign * step, 0.0, 1.0));
         return best;
     }
 
-    // The nodes of p that fit best with everything else as it is.
-    void solve_distribution() {
-        const auto n = static_cast<int>(p_.size());
-        double strength = 0;
-        for (const double k : ks)
-            strength += k * k;
-        std::vector<Eigen::Triplet<double>> entries;
-        Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
-        // Dense blocks of 4 x 4 a sample, added up by diagonals: neighbours only.
-        std::vector<std::array<double, 16>> cells(p_.size());
-        for (std::size_t i = 0; i < samples_.size(); ++i) {
-            const Sample& s = samples_[i];
-            const double shape = visibility_[i] * (f0 + (1 - f0) * s.p5) * scale_;
-            double pull = 0;
-            for (std::size_t ch = 0; ch < channels_; ++ch) {
-                const double y = values_[i * channels_ + ch];
-                pull += ks[ch] * (y - kd[ch] / pi);
-            }
-            const double own = s.weight * shape * shape * strength;
-            for (std::size_t a = 0; a < 4; ++a) {
-                right(s.node[a]) += s.weight * shape * pull * s.share[a];
-                for (std::size_t b = 0; b < 4; ++b)
-                    cells[static_cast<std::size_t>(s.node[0])][a * 4 + b] +=
-                        own * s.share[a] * s.share[b];
-            }
-        }
-        const int width = static_cast<int>(table_.width);
-        const auto neighbours = [&](int first) {
-            const int i = first / width, j = first % width, other = (j + 1) % width;
-            return std::array<int, 4>{first, i * width + other, first + width,
-                                      (i + 1) * width + other};
-        };
-        const auto add_smooth = [&](int a, int b) {
-            const double pa = p_[static_cast<std::size_t>(a)], pb = p_[static_cast<std::size_t>(b)];
-            const double w = smoothness * whole_ / (pa * pa + pb * pb + 1e-18 / scale_ / scale_);
-            entries.emplace_back(a, a, w);
-            entries.emplace_back(b, b, w);
-            entries.emplace_back(a, b, -w);
-            entries.emplace_back(b, a, -w);
-        };
-        for (int first = 0; first < n; ++first) {
-            if (first + width < n) {
-                const std::array<int, 4> at = neighbours(first);
-                for (std::size_t a = 0; a < 4; ++a)
-                    for (std::size_t b = 0; b < 4; ++b)
-                        if (const double x = cells[static_cast<std::size_t>(first)][a * 4 + b];
-                            x != 0)
-                            entries.emplace_back(at[a], at[b], x);
-                add_smooth(first, first + width);
-            }
-            if (width > 1)
-                add_smooth(first, first / width * width + (first + 1) % width);
-        }
-        Eigen::SparseMatrix<double> normal(n, n);
-        normal.setFromTriplets(entries.begin(), entries.end());
-        const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
-        if (solver.info() != Eigen::Success)
-            throw InputError(fmt::format(
-                "{}: nothing is reflected at some angles; no distribution follows", source_));
-        const Eigen::VectorXd solution = solver.solve(right);
-        for (int i = 0; i < n; ++i)
-            p_[static_cast<std::size_t>(i)] =
-                std::isfinite(solution(i)) ? std::max(solution(i), 0.0) : 0;
-        if (!(*std::max_element(p_.begin(), p_.end()) > 0))
-            throw InputError(
-                fmt::format("{}: is diffuse; no distribution of normals follows", source_));
-    }
-
-    const Generator& generator_;
     std::string source_;
     std::size_t channels_;
-    DirectionTable table_; ///< nodes; values are in p_
-    std::vector<double> p_;
-    double scale_ = 1; ///< 1 / the largest p
-    double whole_ = 0; ///< of W y^2
     std::vector<Sample> samples_;
     std::vector<double> values_; ///< [sample][channel]
-    Grid grid_;
-    std::vector<Vector> directions_;
-    std::vector<double> rows_, columns_; ///< [sample][wi, wo]
-    std::vector<float> plane_;           ///< g
-    std::vector<double> visibility_;
-    Eigen::MatrixXd areas_; ///< isotropic: g at the rows, of each node of p
+    Eigen::VectorXd g_;
+    std::vector<double> visibility_, lobe_; ///< [sample]
 };
+
+// Analytic distributions, log p at a normal: hz^-cosines (1 + t / b)^-b, with
+// t = (x^2 / ax^2 + y^2 / ay^2) / hz^2 in axes turned about n. b = 2 is GGX, large b Beckmann;
+// without the cosines, Gaussians as of Eq. 34.
+struct Family {
+    double cosines;
+
+    // theta: log of the mean width, log b, then where anisotropic log(ax / ay) / 2 and the turn.
+    std::vector<double> log_p(const DistributionNodes& nodes,
+                              const std::vector<double>& theta) const {
+        const double a = std::exp(theta[0]), b = std::exp(theta[1]);
+        const double stretch = theta.size() > 2 ? std::exp(theta[2]) : 1;
+        const double turn = theta.size() > 2 ? theta[3] : 0;
+        std::vector<double> x(nodes.count());
+        for (std::size_t n = 0; n < x.size(); ++n) {
+            const double hz = std::cos(std::min(nodes.theta(n), pi / 2 - 1e-3));
+            const double tan2 = 1 / (hz * hz) - 1, phi = nodes.phi(n) - turn;
+            const double t =
+                tan2 / (a * a) *
+                (std::pow(std::cos(phi) / stretch, 2) + std::pow(std::sin(phi) * stretch, 2));
+            x[n] = -std::min(cosines, 2 * b) * std::log(hz) - b * std::log1p(t / b);
+            x[n] = std::max(x[n], least_log);
+        }
+        return x;
+    }
+
+    static constexpr double least_log = -30; ///< below, p is 0 to all purposes
+};
+
+struct Start {
+    double error;
+    Family family;
+    std::vector<double> theta;
+};
+
+// The best few of the analytic distributions, each the optimum nearest to it.
+std::vector<Start> analytic_starts(Problem& problem, int& evaluations,
+                                   const std::function<void(double)>& progress) {
+    const double least = std::log(1e-3), most = std::log(5.0);
+    const bool isotropic = problem.nodes.isotropic();
+    std::vector<Start> coarse;
+    for (const double cosines : {0.0, 4.0})
+        for (const double b : {1.1, 2.0, 4.0, 100.0})
+            for (int i = 0; i <= 14; ++i) {
+                const double width = std::log(0.003) + i * 0.4;
+                std::vector<std::vector<double>> thetas;
+                if (isotropic)
+                    thetas = {{width, std::log(b)}};
+                else
+                    for (const auto& [stretch, turn] : {std::pair{0.0, 0.0},
+                                                        {0.5, 0.0},
+                                                        {0.5, pi / 4},
+                                                        {0.5, pi / 2},
+                                                        {0.5, 3 * pi / 4}})
+                        thetas.push_back({width, std::log(b), stretch, turn});
+                for (const auto& theta : thetas) {
+                    const Family family{cosines};
+                    coarse.push_back({problem.error(family.log_p(problem.nodes, theta), 0, nullptr),
+                                      family, theta});
+                    ++evaluations;
+                }
+            }
+    progress(0.1);
+    const auto better = [](const Start& a, const Start& b) { return a.error < b.error; };
+    std::stable_sort(coarse.begin(), coarse.end(), better);
+    // Of each shape (cosines, b) the best width alone.
+    std::vector<Start> starts;
+    for (const Start& start : coarse)
+        if (starts.size() < 4 && std::none_of(starts.begin(), starts.end(), [&](const Start& s) {
+                return s.family.cosines == start.family.cosines && s.theta[1] == start.theta[1];
+            }))
+            starts.push_back(start);
+    MinimiseOptions options;
+    options.algorithm = "LN_SBPLX";
+    options.max_evaluations = isotropic ? 120 : 200;
+    options.relative_tolerance = 1e-5;
+    std::vector<double> lower{least, std::log(1.02)}, upper{most, std::log(1000.0)};
+    if (!isotropic) {
+        lower.insert(lower.end(), {-3, -pi});
+        upper.insert(upper.end(), {3, 2 * pi});
+    }
+    for (Start& start : starts) {
+        const Minimum found = minimise(
+            [&](const std::vector<double>& theta, std::vector<double>*) {
+                return problem.error(start.family.log_p(problem.nodes, theta), 0, nullptr);
+            },
+            start.theta, lower, upper, options);
+        evaluations += found.evaluations;
+        if (found.value < start.error) {
+            start.error = found.value;
+            start.theta = found.x;
+        }
+    }
+    std::stable_sort(starts.begin(), starts.end(), better);
+    return starts;
+}
+
+// The penalty on log p = x beside the analytic `from`, of strength 1; adds its gradient times w.
+double roughness(const DistributionNodes& nodes, const std::vector<double>& x,
+                 const std::vector<double>& from, double w, std::vector<double>* gradient) {
+    const std::size_t width = nodes.azimuths();
+    double sum = 0;
+    const auto add = [&](std::size_t a, std::size_t b, bool outwards) {
+        const double step = (x[b] - from[b]) - (x[a] - from[a]);
+        const double rise =
+            outwards ? std::max(0.0, x[b] - x[a] - std::max(0.0, from[b] - from[a])) : 0;
+        sum += step * step + rising * rise * rise;
+        if (gradient != nullptr) {
+            (*gradient)[a] -= 2 * w * (step + rising * rise);
+            (*gradient)[b] += 2 * w * (step + rising * rise);
+        }
+    };
+    for (std::size_t n = 0; n < x.size(); ++n) {
+        if (n + width < x.size())
+            add(n, n + width, true);
+        if (width > 1)
+            add(n, n / width * width + (n + 1) % width, false);
+    }
+    return w * sum;
+}
 
 } // namespace
 
 Recovered recover(const Device& device, const Generator& generator, const Samples& samples,
                   const RecoverOptions& options) {
-    Alternation state(device, generator, samples, options);
+    const DeviceSamples packed = pack_samples(device, samples, options.max_theta, Metric::Ngan);
+    const DeviceSamples thin = thin_samples(device, samples, packed, Metric::Ngan, most_samples);
+    Problem problem(samples, thin.used);
+    const auto progress = [&](double share) {
+        if (options.progress)
+            options.progress(share);
+    };
     Recovered result;
-    double best = std::numeric_limits<double>::infinity();
-    std::vector<double> best_p;
-    for (const std::vector<double>& start : state.starts()) {
-        double error = state.set(start), step = 1;
-        std::vector<double> p = start;
-        for (int i = 0, idle = 0; i < options.iterations && idle < 4; ++i) {
-            const double next = state.iterate(step);
-            ++result.iterations;
-            idle = next < error * (1 - 1e-5) ? 0 : idle + 1;
-            if (next < error) {
-                error = next;
-                p = state.p();
-            } else {
-                state.set(p);
-                step *= 0.5;
+    const std::vector<Start> starts = analytic_starts(problem, result.evaluations, progress);
+    const std::vector<double> best_analytic =
+        starts.front().family.log_p(problem.nodes, starts.front().theta);
+    const double analytic = problem.error(best_analytic, 0, nullptr);
+    problem.check_reflects();
+    const Problem::Parts parts = problem.parts();
+    const double outside = parts.outside > 0 ? emphasis * parts.whole / parts.outside : 0;
+
+    std::vector<double> best_x = best_analytic;
+    double best = infinity, best_outside = 0;
+    const double first = 0.2; // of the progress
+    for (std::size_t s = 0; s < starts.size(); ++s) {
+        const std::vector<double> from = starts[s].family.log_p(problem.nodes, starts[s].theta);
+        std::vector<double> lower(from), upper(from);
+        for (std::size_t n = 0; n < from.size(); ++n) {
+            lower[n] -= 12;
+            upper[n] += 12;
+        }
+        // With the emphasis, and without it where that has cost what must not be exceeded.
+        for (const double more : {outside, 0.0}) {
+            int done = 0;
+            const double w = smoothness * analytic;
+            const auto error = [&](const std::vector<double>& x, std::vector<double>* gradient) {
+                progress(first + (1 - first) *
+                                     (static_cast<double>(s) +
+                                      static_cast<double>(done++) / options.evaluations) /
+                                     static_cast<double>(starts.size()));
+                const double value = problem.error(x, more, gradient);
+                return value + roughness(problem.nodes, x, from, w, gradient);
+            };
+            MinimiseOptions descent;
+            descent.algorithm = "LD_LBFGS";
+            descent.max_evaluations = options.evaluations;
+            descent.relative_tolerance = 1e-6;
+            const Minimum found = minimise(error, from, lower, upper, descent);
+            result.evaluations += found.evaluations;
+            error(found.x, nullptr);
+            const double plain = problem.parts().whole;
+            if (plain > analytic * (1 + 1e-9) && more > 0)
+                continue;
+            // Compared with the emphasis, whatever was minimised.
+            const double value = problem.parts().whole + outside * problem.parts().outside;
+            if (plain <= analytic * (1 + 1e-9) && value < best) {
+                best = value;
+                best_x = found.x;
+                best_outside = more;
             }
-        }
-        state.set(p);
-        if (state.isotropic()) {
-            result.iterations += state.descend();
-            p = state.p();
-            error = state.set(p);
-        }
-        if (error < best) {
-            best = error;
-            best_p = p;
+            break;
         }
     }
-    state.set(best_p);
-    Distribution distribution;
-    distribution.parts = {state.part()};
-    distribution.sector = samples.isotropic ? Sector::Isotropic : Sector::All;
-    distribution.name = "recovered from measurements";
-    result.table = generator.generate(distribution, options.generator, samples.source);
-    result.f0 = state.f0;
-    result.kd = state.kd;
-    result.ks = state.ks;
-    result.samples = state.count;
+    problem.error(best_x, best_outside, nullptr);
+    std::vector<double> p;
+    const double most = *std::max_element(best_x.begin(), best_x.end());
+    for (const double x : best_x)
+        p.push_back(std::exp(x - most));
+    result.table =
+        generator.generate(problem.nodes.distribution(p), options.generator, samples.source);
+    result.f0 = problem.f0;
+    result.kd = problem.kd;
+    result.ks = problem.ks;
+    result.samples = packed.count;
+    progress(1);
     return result;
 }
 

@@ -76,7 +76,7 @@ TEST(Recover, finds_an_anisotropic_distribution) {
         measured(R"({"distribution": "gaussian", "sigma_x": 0.5, "sigma_y": 0.2})", 30000);
     ASSERT_FALSE(samples.isotropic);
     RecoverOptions options;
-    options.iterations = 12;
+    options.evaluations = 200;
     const Recovered found = recover(device(), generator(), samples, options);
     EXPECT_GT(found.table.distribution.parts[0].table->width, 1U);
     EXPECT_LT(error_of(samples, found), 0.05 * size_of(samples));

@@ -87,11 +87,11 @@ int recover_from(const RecoverRequest& request, const GeneratorOptions& options,
                                      evaluate(device, own.result.material, *samples.directions));
     own.result.theta = {recovered.f0};
     own.result.samples = recovered.samples;
-    own.result.evaluations = static_cast<std::size_t>(recovered.iterations);
+    own.result.evaluations = static_cast<std::size_t>(recovered.evaluations);
     own.result.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     own.result.material.fit = fit_record(own.result, samples, fit_options, device);
-    own.result.material.fit["algorithm"] = "alternation";
+    own.result.material.fit["algorithm"] = "LD_LBFGS";
     write_table(recovered.table, out);
     write_material(own.result.material, own.material_file);
 
@@ -111,12 +111,12 @@ int recover_from(const RecoverRequest& request, const GeneratorOptions& options,
     std::vector<const FitRow*> of_file;
     for (const FitRow& row : rows.done)
         of_file.push_back(&row);
-    fmt::print("{}: {} samples, {} polar angles of normals{}, {} iterations, material {}\n{}",
+    fmt::print("{}: {} samples, {} polar angles of normals{}, {} evaluations, material {}\n{}",
                request.file, recovered.samples, recovered.table.distribution.parts[0].table->height,
                samples.isotropic ? ""
                                  : fmt::format(" and {} azimuths",
                                                recovered.table.distribution.parts[0].table->width),
-               recovered.iterations, own.material_file, fit_table(of_file, Metric::Ngan));
+               recovered.evaluations, own.material_file, fit_table(of_file, Metric::Ngan));
     return 0;
 }
 
