@@ -379,7 +379,8 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     build_programs(structure);
     fit.build_seconds = lap();
     const std::vector<Solution> starts = finalists(structure, fit.space);
-    fit.thinned_evaluations = thinned_objective(structure).evaluations();
+    const bool searched = !options_.start || starts.size() > 1;
+    fit.thinned_evaluations = searched ? thinned_objective(structure).evaluations() : 0;
     fit.search_seconds = lap();
     fit.solution = best_polished(structure, fit.space, starts);
     fit.polish_seconds = lap();
