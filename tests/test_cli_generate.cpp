@@ -77,6 +77,31 @@ TEST_F(Generate, refuses_wrong_usage_and_leaves_nothing) {
     EXPECT_NE(listed.out.find("with a table"), std::string::npos);
 }
 
+TEST_F(Generate, refuses_options_that_do_not_apply_before_any_work) {
+    const auto refuses = [&](std::vector<std::string> options, const std::string& name) {
+        options.insert(options.begin(), "generate");
+        const Outcome outcome = run_program(options);
+        EXPECT_EQ(outcome.status, 2) << outcome.err;
+        EXPECT_NE(outcome.err.find(name), std::string::npos) << outcome.err;
+    };
+    refuses({gauss, "-m", "ward", "-o", table}, "--model");
+    refuses({gauss, "--max-theta", "70", "-o", table}, "--max-theta");
+    refuses({gauss, "--isotropic", "-o", table}, "--isotropic");
+    refuses({"--from", gauss, "--ward", "-o", table}, "--ward");
+    write_file(folder / "satin.json", R"({"distribution": "satin"})");
+    refuses({folder / "satin.json", "--ward", "-o", table}, "--ward");
+    refuses({gauss, "-o", folder / "gauss.png"}, "gauss.png");
+    refuses({"--from", gauss, "-o", folder / "gauss.json"}, "gauss.json");
+    EXPECT_FALSE(std::filesystem::exists(table));
+    EXPECT_EQ(run_program({"table", "--list", "--size", "4"}).status, 2);
+    EXPECT_EQ(run_program({"table", "--list", "-q"}).status, 0);
+    write_file(folder / "m.json",
+               R"({"brdfit": 1, "channels": ["Y"], "diffuse": {"model": "lambert", "kd": [0.2]}})");
+    EXPECT_EQ(
+        run_program({"albedo", folder / "m.json", "--isotropic", "-o", folder / "a.csv"}).status,
+        2);
+}
+
 TEST_F(Generate, recovers_from_a_file_and_compares) {
     write_file(folder / "m.json",
                R"({"brdfit": 1, "channels": ["Y"], "diffuse": {"model": "lambert", "kd": [0.2]},

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <filesystem>
 #include <fmt/format.h>
 #include <memory>
 
@@ -20,6 +21,7 @@ struct Options {
     std::string spec, out;
     RecoverRequest recover;
     GeneratorOptions generator;
+    std::string only_from; ///< an option given that --from alone takes
     bool json = false, ward = false;
 };
 
@@ -127,12 +129,34 @@ std::vector<std::array<double, 3>> beside_ward(const MicrofacetTable& table, con
     return rows;
 }
 
+void require_upright_gaussian(const Distribution& distribution, const std::string& source) {
+    const DistributionPart& part = distribution.parts.front();
+    if (distribution.parts.size() != 1 || part.shape != Shape::Gaussian || part.tilt != 0 ||
+        part.turn != 0 || part.table != nullptr || std::max(part.sigma_x, part.sigma_y) > 10)
+        throw UsageError(
+            fmt::format("--ward: {} is no upright Gaussian with widths up to 10", source));
+}
+
+/// The ending of a microfacet table; a material of the name may lie beside it.
+void require_table_ending(const std::string& path) {
+    if (std::filesystem::path(path).extension() != ".exr")
+        throw UsageError(fmt::format("{}: unknown ending; expected .exr", path));
+}
+
 int generate(const Options& options, const Globals& globals) {
     if (options.spec.empty() == options.recover.file.empty())
         throw UsageError("generate needs either SPEC or --from FILE");
     if (options.generator.points < least_points || options.generator.points > most_points)
         throw UsageError(fmt::format("--points {}: expected {} to {}", options.generator.points,
                                      least_points, most_points));
+    require_table_ending(options.out);
+    if (options.recover.file.empty()) {
+        if (!options.only_from.empty())
+            throw UsageError(fmt::format("{}: for --from only", options.only_from));
+        if (options.ward)
+            require_upright_gaussian(read_distribution(options.spec), options.spec);
+    } else if (options.ward)
+        throw UsageError("--ward: for a SPEC only");
     const Device device = open_device(globals.device);
     const Generator generator(device);
     if (!options.recover.file.empty())
@@ -144,14 +168,8 @@ int generate(const Options& options, const Globals& globals) {
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     std::vector<std::array<double, 3>> compared;
-    if (options.ward) {
-        const DistributionPart& part = distribution.parts.front();
-        if (distribution.parts.size() != 1 || part.shape != Shape::Gaussian || part.tilt != 0 ||
-            part.turn != 0 || part.table != nullptr || std::max(part.sigma_x, part.sigma_y) > 10)
-            throw UsageError(fmt::format("--ward: {} is no upright Gaussian with widths up to 10",
-                                         options.spec));
+    if (options.ward)
         compared = beside_ward(table, device);
-    }
     write_table(table, options.out);
     if (options.json) {
         Json json = report_json(table, seconds);
@@ -195,7 +213,10 @@ void add_generate(CLI::App& app, const Globals& globals, Action& action) {
                     "> gauss.json\n"
                     "  brdfit generate gauss.json -o gauss.exr\n"
                     "  brdfit generate --from nickel.binary -o nickel.exr");
-    command->callback([options, &globals, &action] {
+    command->callback([command, options, &globals, &action] {
+        for (const char* name : {"--model", "--max-theta", "--isotropic", "--anisotropic"})
+            if (command->count(name) > 0)
+                options->only_from = name;
         action = [options, &globals] { return generate(*options, globals); };
     });
 }

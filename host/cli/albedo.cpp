@@ -47,6 +47,10 @@ Albedo albedo_of(const std::string& path, const Options& options, const Globals&
     if (options.thetas > 0)
         grid.thetas = options.thetas;
     if (is_material(path)) {
+        if (options.isotropy.choice())
+            throw UsageError(fmt::format("--isotropic and --anisotropic: {} is a material; "
+                                         "expected them with measured files",
+                                         path));
         const Material material = read_material(path);
         grid.phis =
             options.phis > 0 ? options.phis : (material.isotropic() ? 1 : anisotropic_azimuths);

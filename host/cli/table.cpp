@@ -17,7 +17,7 @@ struct Options {
     std::vector<std::string> fixes;
     std::size_t size = 0;
     double tolerance = 0;
-    bool tolerance_given = false, list = false;
+    bool tolerance_given = false, list = false, more_than_list = false;
 };
 
 std::string preset_names() {
@@ -62,6 +62,8 @@ int list_presets() {
 }
 
 int table(const Options& options, const Globals& globals) {
+    if (options.list && options.more_than_list)
+        throw UsageError("--list: expected alone");
     if (options.list)
         return list_presets();
     if (options.what.empty() || options.out.empty())
@@ -118,8 +120,10 @@ void add_table(CLI::App& app, const Globals& globals, Action& action) {
                         ".exr, .h, .hpp, .inc (C source), .npy or .csv");
     command->footer("Examples:\n  brdfit table cycles -o ggx_E.h\n"
                     "  brdfit table filament -m kurt --fix alpha=0 -o dfg.exr");
-    command->callback([tolerance, options, &globals, &action] {
+    command->callback([command, tolerance, options, &globals, &action] {
         options->tolerance_given = tolerance->count() > 0;
+        for (const CLI::Option* option : command->get_options())
+            options->more_than_list |= option->count() > 0 && option->get_name() != "--list";
         action = [options, &globals] { return table(*options, globals); };
     });
 }
