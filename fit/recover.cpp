@@ -347,9 +347,11 @@ Recovered recover(const Device& device, const Generator& generator, const Sample
     const DeviceSamples packed = pack_samples(device, samples, options.max_theta, Metric::Ngan);
     const DeviceSamples thin = thin_samples(device, samples, packed, Metric::Ngan, most_samples);
     Problem problem(samples, thin.used);
-    const auto progress = [&](double share) {
+    double told = 0;
+    const auto progress = [&](double share) { // a descent may be done twice
+        told = std::clamp(share, told, 1.0);
         if (options.progress)
-            options.progress(share);
+            options.progress(told);
     };
     Recovered result;
     const std::vector<Start> starts = analytic_starts(problem, result.evaluations, progress);

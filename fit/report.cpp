@@ -186,6 +186,14 @@ std::string fit_table(std::vector<const FitRow*> rows, Metric metric) {
                          fmt::format("{:.3f}", r.build_seconds),
                          fmt::format("{}", fmt::join(remarks_on(r), "; "))});
     }
+    if (std::any_of(rows.begin(), rows.end(), [](auto row) { return row->outside_peak; })) {
+        cells[0].push_back(fmt::format("ngan, theta_h > {}", peak_theta));
+        for (std::size_t i = 0; i < rows.size(); ++i)
+            cells[i + 1].push_back(fmt::format("{:.4g}", rows[i]->outside_peak.value_or(0)));
+        for (auto& row : cells) // beside the error
+            std::rotate(row.begin() + 3, row.end() - 1, row.end());
+    }
+    const std::size_t extra = cells[0].size() - 9;
     std::vector<std::size_t> widths(cells.front().size(), 0);
     for (const auto& row : cells)
         for (std::size_t i = 0; i < row.size(); ++i)
@@ -195,8 +203,9 @@ std::string fit_table(std::vector<const FitRow*> rows, Metric metric) {
         std::string line;
         for (std::size_t i = 0; i < row.size(); ++i)
             // Words to the left, numbers to the right.
-            line += i == 0 || i == 3 || i == 8 ? fmt::format("{:<{}}  ", row[i], widths[i])
-                                               : fmt::format("{:>{}}  ", row[i], widths[i]);
+            line += i == 0 || i == 3 + extra || i == 8 + extra
+                        ? fmt::format("{:<{}}  ", row[i], widths[i])
+                        : fmt::format("{:>{}}  ", row[i], widths[i]);
         line.erase(line.find_last_not_of(' ') + 1);
         text += line + "\n";
     }
@@ -214,6 +223,8 @@ nlohmann::ordered_json fit_rows_json(const FitRows& rows, const FitOptions& opti
         item["lobes"] = r.material.lobes.size();
         item["metric"] = name_of(options.metric);
         item["error"] = errors_json(r.errors);
+        if (row.outside_peak)
+            item["error_outside_peak"] = {{"theta_h", peak_theta}, {"ngan", *row.outside_peak}};
         nlohmann::ordered_json parameters = nlohmann::ordered_json::array();
         for (const FittedParameter& p : r.parameters) {
             nlohmann::ordered_json entry;

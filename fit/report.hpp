@@ -3,6 +3,7 @@
 #include "fit/fit.hpp"
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,8 @@ struct FitRow {
     std::string file;
     std::string material_file;
     FitResult result;
+    /// error_outside_peak, where it is asked for: only `generate --from` shows it.
+    std::optional<double> outside_peak = {};
 };
 
 /// A fit that failed, or where `model` is empty a whole file.

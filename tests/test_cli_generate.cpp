@@ -116,6 +116,11 @@ TEST_F(Generate, recovers_from_a_file_and_compares) {
     ASSERT_EQ(rows.size(), 2U);
     EXPECT_EQ(rows[0]["model"], "microfacet");
     EXPECT_LT(rows[0]["error"]["ngan"], rows[1]["error"]["ngan"]);
+    for (const json& row : rows) {
+        EXPECT_EQ(row["error_outside_peak"]["theta_h"], 20);
+        EXPECT_GT(row["error_outside_peak"]["ngan"], 0);
+    }
+    EXPECT_LT(rows[0]["error_outside_peak"]["ngan"], rows[1]["error_outside_peak"]["ngan"]);
     write_file(folder / "d.csv", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0,0,1\n");
     EXPECT_EQ(
         run_program({"eval", folder / "y.json", folder / "d.csv", "-o", folder / "v.csv"}).status,

@@ -10,6 +10,7 @@
 #include "tests/support/fits.hpp"
 #include "tests/support/support.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -80,6 +81,55 @@ TEST(Recover, finds_an_anisotropic_distribution) {
     const Recovered found = recover(device(), generator(), samples, options);
     EXPECT_GT(found.table.distribution.parts[0].table->width, 1U);
     EXPECT_LT(error_of(samples, found), 0.05 * size_of(samples));
+}
+
+// Against the data without their noise.
+TEST(Recover, finds_two_widths_in_noisy_data) {
+    const std::string spec = R"({"distribution": "mixture", "parts": [
+        {"weight": 0.7, "distribution": "gaussian", "sigma": 0.08},
+        {"weight": 0.3, "distribution": "gaussian", "sigma": 0.4}]})";
+    const Distribution distribution = generator().weighted(parse_distribution(spec, "spec"));
+    const Material truth = material_of(generator().generate(distribution, {400, false}, "spec"),
+                                       0.4, {0.1, 0.3}, {0.8, 0.5});
+    const Samples samples = synthesise(device(), truth, random_directions(12000, true, 4), 0.05, 1);
+    ASSERT_TRUE(samples.isotropic);
+    const Recovered found = recover(device(), generator(), samples, {});
+    const Samples exact = synthesise(device(), truth, random_directions(12000, true, 4), 0, 1);
+    EXPECT_LT(error_of(exact, found), 0.02 * size_of(exact));
+}
+
+// A mirror's peak that few samples see, and log p that must fall beyond it without a halo.
+TEST(Recover, is_no_worse_than_models_on_sparse_narrow_peaks_and_falls_beyond_them) {
+    for (const std::string model : {"ggx", "cook-torrance", "beckmann-smith"}) {
+        Structure structure = structure_named(model, 1, "", true);
+        Material material = typical_material(structure, 3);
+        material.lobes[0].theta.back() = 0.02;
+        const Samples samples =
+            synthesise(device(), material, random_directions(1500, true, 2), 0.05, 1);
+        const double fitted = fit(samples, structure).errors[0];
+        const Recovered found = recover(device(), generator(), samples, {});
+        const DeviceSamples packed = pack_samples(device(), samples, 80, Metric::Ngan);
+        Material own = material_of(found.table, found.f0, found.kd, found.ks);
+        own.channels = samples.channels;
+        EXPECT_LT(
+            value_errors(samples, packed.used, evaluate(device(), own, *samples.directions))[0],
+            1.02 * fitted)
+            << model;
+        const DirectionTable& p = *found.table.distribution.parts[0].table;
+        for (std::size_t i = 1; i < p.thetas.size(); ++i)
+            EXPECT_LT(p.values[i], 1.2F * p.values[i - 1] + 1e-6F) << model << ' ' << p.thetas[i];
+    }
+}
+
+TEST(Recover, tells_its_progress_which_only_grows) {
+    const Samples samples = measured(R"({"distribution": "gaussian", "sigma": 0.3})", 1000);
+    RecoverOptions options;
+    std::vector<double> shares;
+    options.progress = [&](double share) { shares.push_back(share); };
+    recover(device(), generator(), samples, options);
+    EXPECT_GT(shares.size(), 3U);
+    EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+    EXPECT_EQ(shares.back(), 1);
 }
 
 TEST(Recover, refuses_what_reflects_nothing) {

@@ -83,8 +83,9 @@ int recover_from(const RecoverRequest& request, const GeneratorOptions& options,
     own.result.model = "microfacet";
     own.result.material = material_of(recovered, samples, out);
     const DeviceSamples packed = pack_samples(device, samples, request.max_theta, Metric::Ngan);
-    own.result.errors = value_errors(samples, packed.used,
-                                     evaluate(device, own.result.material, *samples.directions));
+    const std::vector<float> values = evaluate(device, own.result.material, *samples.directions);
+    own.result.errors = value_errors(samples, packed.used, values);
+    own.outside_peak = error_outside_peak(samples, packed.used, values);
     own.result.theta = {recovered.f0};
     own.result.samples = recovered.samples;
     own.result.evaluations = static_cast<std::size_t>(recovered.evaluations);
@@ -101,7 +102,10 @@ int recover_from(const RecoverRequest& request, const GeneratorOptions& options,
     FileFitter fitter(device, programs, samples, fit_options);
     for (std::size_t s = 0; s < structures.size(); ++s) {
         progress.show(1 + s, structures[s].name());
-        rows.done.push_back({request.file, "", fitter.fit(structures[s])});
+        FitRow row{request.file, "", fitter.fit(structures[s])};
+        row.outside_peak = error_outside_peak(
+            samples, packed.used, evaluate(device, row.result.material, *samples.directions));
+        rows.done.push_back(std::move(row));
     }
     progress.clear();
     if (json) {
