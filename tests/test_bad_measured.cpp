@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -109,6 +110,29 @@ TEST_F(BadMeasured, unknown_content_lists_the_formats) {
         expects(complaint_of(bytes), "unknown format; known: MERL .binary, ASTM");
         expects(complaint_of(bytes), "theta_i,phi_i,theta_o,phi_o");
     }
+}
+
+// Pages of a file that are touched show as faults; 20 GB are 300,000 at least.
+TEST_F(BadMeasured, a_huge_file_is_refused_without_reading_it) {
+    const auto faults = [] {
+        rusage usage{};
+        getrusage(RUSAGE_SELF, &usage);
+        return usage.ru_minflt + usage.ru_majflt;
+    };
+    for (const auto& [head, says] : std::vector<std::pair<std::string, std::string>>{
+             {std::string(1, '\0'), "unknown format"},
+             {merl_header(90, 90, 180), "the file has 20000000000 bytes"},
+             {csv_example, "line 4: longer than"},
+             {astm_example, "line 7: longer than"},
+             {cornell_example, "line 12: longer than"},
+             {csv_head + "red,0,0.25,3,0.1,0.2\n", "line 2: column theta_i"}}) {
+        write_file(path, head);
+        std::filesystem::resize_file(path, 20'000'000'000);
+        const long before = faults();
+        expects(complaint([&] { read_samples(path); }), says);
+        EXPECT_LT(faults() - before, 30000) << says;
+    }
+    EXPECT_NE(complaint([&] { read_directions(path); }), "");
 }
 
 TEST_F(BadMeasured, merl_header_must_have_its_dimensions) {

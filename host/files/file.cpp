@@ -8,6 +8,7 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
+#include <memory>
 #include <openssl/evp.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -144,10 +145,20 @@ void make_output_folder(const std::string& path) {
             fmt::format("{}: cannot write in this folder: {}", path, std::strerror(errno)));
 }
 
-std::string sha256(std::string_view bytes) {
+std::string sha256(std::string_view bytes, const std::atomic<bool>* stop) {
+    constexpr std::size_t piece = 1 << 20;
+    const std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> state(EVP_MD_CTX_new(),
+                                                                   EVP_MD_CTX_free);
+    bool good = state != nullptr && EVP_DigestInit_ex(state.get(), EVP_sha256(), nullptr) == 1;
+    for (std::size_t at = 0; good && at < bytes.size(); at += piece) {
+        if (stop != nullptr && *stop)
+            return "";
+        const std::string_view part = bytes.substr(at, piece);
+        good = EVP_DigestUpdate(state.get(), part.data(), part.size()) == 1;
+    }
     unsigned char digest[EVP_MAX_MD_SIZE];
     unsigned length = 0;
-    if (EVP_Digest(bytes.data(), bytes.size(), digest, &length, EVP_sha256(), nullptr) != 1)
+    if (!good || EVP_DigestFinal_ex(state.get(), digest, &length) != 1)
         throw InputError("SHA-256 failed");
     std::string text;
     for (unsigned i = 0; i < length; ++i)

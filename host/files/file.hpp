@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdio>
 #include <string>
@@ -54,7 +55,7 @@ void remove_open_temporaries();
 /// Creates a folder and its parents. Throws InputError when it cannot be made or written to.
 void make_output_folder(const std::string& path);
 
-/// SHA-256 of the bytes, 64 hexadecimal digits.
-std::string sha256(std::string_view bytes);
+/// SHA-256 of the bytes, 64 hexadecimal digits. Empty where `stop` became true meanwhile.
+std::string sha256(std::string_view bytes, const std::atomic<bool>* stop = nullptr);
 
 } // namespace brdfit

@@ -22,10 +22,13 @@ Lines::Lines(std::string_view bytes, std::string path) : path_(std::move(path)),
 
 bool Lines::next() {
     while (!rest_.empty()) {
-        const std::size_t end = std::min(rest_.find('\n'), rest_.size());
-        line_ = trim(rest_.substr(0, end));
-        rest_.remove_prefix(std::min(end + 1, rest_.size()));
+        const std::string_view near = rest_.substr(0, most_bytes + 1);
+        const std::size_t end = std::min(near.find('\n'), near.size());
         ++number_;
+        if (end > most_bytes)
+            fail(fmt::format("longer than {} bytes; expected lines of text", most_bytes));
+        line_ = trim(near.substr(0, end));
+        rest_.remove_prefix(std::min(end + 1, rest_.size()));
         if (!line_.empty() && line_[0] != '#')
             return true;
     }

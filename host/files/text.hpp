@@ -16,7 +16,8 @@ class Lines {
     explicit Lines(std::string_view bytes, std::string path = {});
     explicit Lines(const MappedFile& file) : Lines(file.bytes(), file.path()) {}
 
-    /// Moves to the next line; returns false at the end of the text.
+    /// Moves to the next line; returns false at the end of the text. Throws InputError for a line
+    /// longer than most_bytes: binary data, say.
     bool next();
     /// The line, without white space at its ends.
     std::string_view line() const { return line_; }
@@ -24,6 +25,8 @@ class Lines {
     [[noreturn]] void fail(const std::string& message) const;
     /// Throws InputError naming the file.
     [[noreturn]] void fail_file(const std::string& message) const;
+
+    static constexpr std::size_t most_bytes = std::size_t{1} << 24;
 
   private:
     std::string path_;
