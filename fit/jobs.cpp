@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
+#include <numeric>
 #include <set>
 
 namespace brdfit {
@@ -33,6 +34,35 @@ void check_lobes(const FitRequest& request, const std::vector<Structure>& struct
                                          lobes, lobes));
 }
 
+// How many letters have to be put in, left out or replaced to make one word of another.
+std::size_t edits(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0]++;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+// The parameters that the structures have, those nearest to `name` first.
+std::string known_names(const std::vector<Structure>& structures, const std::string& name) {
+    std::vector<std::string> names;
+    for (const Structure& structure : structures)
+        for (const Model* lobe : structure.lobes)
+            for (const Parameter& parameter : lobe->parameters(structure.isotropic))
+                if (std::find(names.begin(), names.end(), parameter.name) == names.end())
+                    names.push_back(parameter.name);
+    std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+        return edits(name, a) < edits(name, b);
+    });
+    return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+}
+
 } // namespace
 
 void check(const FitRequest& request) {
@@ -55,7 +85,8 @@ void check(const FitRequest& request) {
             if (std::none_of(structures.begin(), structures.end(), means_one_of))
                 throw UsageError(
                     range.lobe == 0
-                        ? fmt::format("no model asked for has a parameter '{}'", range.name)
+                        ? fmt::format("no model asked for has a parameter '{}'; they have {}",
+                                      range.name, known_names(structures, range.name))
                         : fmt::format("no fit asked for has a parameter '{}.{}'", range.lobe,
                                       range.name));
         }

@@ -102,6 +102,19 @@ TEST(Program, help_of_every_command_has_an_example_of_that_command) {
     }
 }
 
+TEST(Program, help_of_a_command_is_its_help) {
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{}, {"fit"}, {"eval"}}) {
+        std::vector<std::string> help{"help"}, option = command;
+        help.insert(help.end(), command.begin(), command.end());
+        option.emplace_back("--help");
+        const Outcome outcome = run_program(help);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(outcome.out, run_program(option).out);
+    }
+    expect_usage_error(run_program({"help", "no-such"}), "no-such");
+}
+
 TEST(Program, wrong_usage_ends_with_2_and_a_message) {
     for (const std::vector<std::string>& arguments :
          std::vector<std::vector<std::string>>{{},

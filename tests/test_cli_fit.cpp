@@ -300,6 +300,7 @@ TEST_F(Cli, wrong_usage_of_fit_ends_with_2_before_anything_is_written) {
         {{"-m", "ward", "--fix", "m=nan"}, "nan"},
         {{"-m", "ward", "--fix", "m=11"}, "outside"},
         {{"-m", "ward", "--fix", "f0=0.5"}, "f0"},
+        {{"-m", "kurt,ward", "--fix", "alpah=0"}, "'alpah'; they have alpha, "},
         {{"-m", "ward", "--fix", "9.m=0.5"}, "9.m"},
         {{"-m", "ward", "--bound", "m=0.5"}, "m=0.5"},
         {{"-m", "ward", "--bound", "m=1:0.5"}, "m=1:0.5"},

@@ -1,14 +1,17 @@
 // Choosing a device, and what the program says where there is none or where kernels do not build.
 
+#include "host/device/errors.hpp"
 #include "host/error.hpp"
 #include "host/model/structure.hpp"
 #include "tests/support/fits.hpp"
 #include "tests/support/support.hpp"
 
+#include <CL/opencl.hpp>
 #include <algorithm>
 #include <cctype>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <new>
 
 namespace brdfit {
 
@@ -171,6 +174,16 @@ TEST_F(Program, a_fit_says_so_too_when_kernels_do_not_build) {
     EXPECT_EQ(outcome.status, 1);
     EXPECT_NE(outcome.err.find("kernels/passes/gram.cl:"), std::string::npos) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
+}
+
+TEST(Messages, name_the_errors_of_opencl) {
+    EXPECT_EQ(message_of(cl::Error(CL_OUT_OF_RESOURCES, "clFinish")),
+              "OpenCL: clFinish failed: CL_OUT_OF_RESOURCES");
+    EXPECT_EQ(message_of(cl::Error(CL_INVALID_WORK_GROUP_SIZE, "clEnqueueNDRangeKernel")),
+              "OpenCL: clEnqueueNDRangeKernel failed: CL_INVALID_WORK_GROUP_SIZE");
+    EXPECT_EQ(message_of(cl::Error(-9999, "clFinish")), "OpenCL: clFinish failed: error -9999");
+    EXPECT_EQ(message_of(std::bad_alloc()), "out of memory");
+    EXPECT_EQ(message_of(InputError("paint.csv: line 3")), "paint.csv: line 3");
 }
 
 } // namespace

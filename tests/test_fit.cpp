@@ -453,6 +453,26 @@ TEST(LargestAlbedo, is_that_of_the_albedo_integrator_and_above_1_where_the_mater
         }
 }
 
+// At f0 = 1 of its first lobe a coupled diffuse shape vanishes and no kd is the best.
+TEST(Coupled, a_bound_on_the_second_lobe_leaves_the_first_below_1) {
+    const Structure structure = structure_named("kurt-coupled", 2, "", true);
+    Material truth = typical_material(structure_named("kurt", 2, "", true));
+    truth.kd.assign(truth.kd.size(), 0);
+    truth.lobes[0].theta[0] = truth.lobes[1].theta[0] = 1; // a mirror's F: the data wants it
+    const Samples samples = measured(truth, 1000, 0);
+    for (const char* bound : {"", "2.f0=0:1", "2.f0=0:0.5"}) {
+        FitOptions options;
+        if (*bound != '\0')
+            options.ranges = {parse_bound(bound)};
+        const FitResult result = fit(samples, structure, options);
+        EXPECT_LT(result.theta[0], 1) << bound;
+    }
+    // What is asked for holds.
+    FitOptions options;
+    options.ranges = {parse_fix("1.f0=0.25")};
+    EXPECT_EQ(fit(samples, structure, options).theta[0], 0.25);
+}
+
 } // namespace
 
 } // namespace brdfit

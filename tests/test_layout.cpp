@@ -166,4 +166,21 @@ TEST(Layout, the_library_changes_nothing_of_its_process) {
     EXPECT_GT(seen, 5000U);
 }
 
+// C99's plain inline leaves it to the driver whether a function is there at all when it is not
+// inlined.
+TEST(Layout, inline_functions_of_kernels_are_static) {
+    const std::regex any("\\binline\\b");
+    std::size_t seen = 0;
+    for (const fs::path& file : sources())
+        if (*file.begin() == "kernels")
+            each_line(file, [&](const std::string& line) {
+                const std::string code = line.substr(0, line.find("//"));
+                if (!std::regex_search(code, any))
+                    return;
+                ++seen;
+                EXPECT_NE(code.find("static inline"), std::string::npos) << file << ": " << line;
+            });
+    EXPECT_GT(seen, 100U);
+}
+
 } // namespace

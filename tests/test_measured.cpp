@@ -154,6 +154,45 @@ TEST_F(Measured, samples_are_written_as_npy) {
     EXPECT_EQ(values[17], 3);
 }
 
+TEST_F(Measured, npy_written_is_read_back) {
+    for (const bool isotropic : {true, false}) {
+        Samples samples = read("theta_i,phi_i,theta_o,phi_o,R,G,B,weight\n"
+                               "0.5,0.1,0.25,3,7,8,9,0.5\n0.7,0.3,1,2,-11,12,1,3\n");
+        samples.isotropic = isotropic;
+        write_samples(samples, folder / "a.npy");
+        const Samples back = read_samples(folder / "a.npy");
+        EXPECT_EQ(back.isotropic, isotropic);
+        EXPECT_EQ(back.channels, samples.channels);
+        EXPECT_EQ(back.values, samples.values);
+        EXPECT_EQ(back.weights, samples.weights);
+        EXPECT_EQ(back.valid, samples.valid);
+        for (std::size_t k = 0; k < 2; ++k) {
+            EXPECT_NEAR(back.directions->plane(Directions::WiZ)[k],
+                        samples.directions->plane(Directions::WiZ)[k], 1e-6);
+            EXPECT_NEAR(back.directions->plane(Directions::HZ)[k],
+                        samples.directions->plane(Directions::HZ)[k], 1e-6);
+            EXPECT_NEAR(back.directions->plane(Directions::C)[k],
+                        samples.directions->plane(Directions::C)[k], 1e-6);
+        }
+    }
+}
+
+TEST_F(Measured, formats_that_are_not_read_yet_are_named) {
+    const std::pair<std::string, std::string> cases[] = {
+        {std::string("tensor_file\0\1\0", 14), "an RGL tensor file"},
+        {"type bsdf_data\nformat angles=deg bsdf=value scale=1\n", "FRED"},
+        {"#SAMPLE \"x\"\n#DIM 3 1\n0 0 0 1\n", "ALTA"},
+        {"# made by\nSource  Measured\nSymmetry  PlaneSymmetrical\nScatterType  BRDF\n", "Zemax"},
+        {"\x76\x2f\x31\x01 and more", "OpenEXR"},
+        {"{\"brdfit\": 1}", "a JSON file, such as a material"},
+    };
+    for (const auto& [bytes, name] : cases) {
+        write_file(folder / "file", bytes);
+        const std::string message = test::complaint([&] { read_samples(folder / "file"); });
+        EXPECT_NE(message.find(name), std::string::npos) << message;
+    }
+}
+
 TEST_F(Measured, astm_is_read) {
     const Samples samples = read(astm_example);
     EXPECT_EQ(samples.format, "ASTM E1392 text");

@@ -11,6 +11,8 @@
 #include <memory>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <string_view>
+#include <vector>
 
 namespace brdfit::cli {
 
@@ -92,8 +94,24 @@ int run(int argc, char** argv) {
     app.add_flag("-v,--verbose", globals.verbose, "say what is done and how fast")->excludes(quiet);
     for (AddCommand add : commands)
         add(app, globals, action);
+    // help COMMAND is COMMAND --help.
+    std::vector<const char*> arguments(argv, argv + argc);
+    if (argc > 1 && std::string_view(argv[1]) == "help") {
+        const CLI::App* of = &app;
+        for (int i = 2; i < argc; ++i) {
+            const auto named = of->get_subcommands(
+                [&](const CLI::App* command) { return command->check_name(argv[i]); });
+            if (named.empty()) {
+                spdlog::error("help {}: no such command; brdfit --help lists them", argv[i]);
+                return wrong_usage;
+            }
+            of = named.front();
+        }
+        arguments.erase(arguments.begin() + 1);
+        arguments.push_back("--help");
+    }
     try {
-        app.parse(argc, argv);
+        app.parse(static_cast<int>(arguments.size()), arguments.data());
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : wrong_usage;
     }

@@ -51,3 +51,13 @@ bool recognise(std::string_view bytes);
 Samples read(const MappedFile& file, std::optional<bool> isotropic);
 
 } // namespace brdfit::cornell
+
+namespace brdfit::npy_samples {
+
+/// NumPy arrays (N, 6 + channels + 1) of float32 or float64, as write_samples makes them: wi, wo,
+/// one value a channel, weight. Channels are R,G,B where there are three, else numbered. Isotropic
+/// where wi has azimuth 0 everywhere, unless the option says otherwise.
+bool recognise(std::string_view bytes);
+Samples read(const MappedFile& file, std::optional<bool> isotropic);
+
+} // namespace brdfit::npy_samples

@@ -9,6 +9,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <filesystem>
 #include <fmt/format.h>
 #include <future>
 
@@ -30,10 +31,31 @@ struct Format {
 
 constexpr Format formats[] = {{scattered::recognise, scattered::read},
                               {astm::recognise, astm::read},
-                              {cornell::recognise, cornell::read}};
+                              {cornell::recognise, cornell::read},
+                              {npy_samples::recognise, npy_samples::read}};
 constexpr const char* known_formats =
     "MERL .binary, ASTM E1392 text, Cornell spectral text, "
-    "CSV with the columns theta_i,phi_i,theta_o,phi_o and one for each channel";
+    "CSV with the columns theta_i,phi_i,theta_o,phi_o and one for each channel, "
+    ".npy that brdfit convert writes";
+
+// What a file is that measurements are published as, or nullptr.
+const char* not_yet_read(const std::string& path, std::string_view head) {
+    const auto begins = [&](std::string_view with) { return head.substr(0, with.size()) == with; };
+    const auto has = [&](const char* text) { return head.find(text) != std::string_view::npos; };
+    if (begins("tensor_file"))
+        return "an RGL tensor file";
+    if (begins("type bsdf_data"))
+        return "FRED's BSDF text";
+    if (begins("\x76\x2f\x31\x01"))
+        return "an OpenEXR file (a table or an image)";
+    if (has("#DIM ") || has("#PARAM_IN"))
+        return "ALTA text";
+    if (has("ScatterType") || has("SampleRotation"))
+        return "Zemax BSDF text";
+    if (std::filesystem::path(path).extension() == ".bin")
+        return "a .bin file, as UTIA's";
+    return nullptr;
+}
 
 // The format's reader. Throws InputError where none knows the file.
 Samples (*reader_of(const MappedFile& file))(const MappedFile&, std::optional<bool>) {
@@ -43,7 +65,18 @@ Samples (*reader_of(const MappedFile& file))(const MappedFile&, std::optional<bo
         if (format.recognise(head))
             return format.read;
     if (merl::recognise(file.bytes()))
+<<<<<<< HEAD
         return read_merl;
+=======
+        return read_merl(file, isotropic);
+    if (const char* const what = not_yet_read(file.path(), head))
+        throw InputError(fmt::format("{}: {}; brdfit cannot read these yet", file.path(), what));
+    if (text::trim(head).substr(0, 1) == "{")
+        throw InputError(
+            fmt::format("{}: a JSON file, such as a material or a specification; "
+                        "expected a measurement (brdfit synth makes one of a material)",
+                        file.path()));
+>>>>>>> debts-F
     throw InputError(fmt::format("{}: unknown format; known: {}", file.path(), known_formats));
 }
 

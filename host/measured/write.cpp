@@ -96,9 +96,18 @@ void write_npy(const Samples& samples, const std::string& path) {
     for (std::size_t k = 0; k < samples.count(); ++k) {
         if (!samples.valid[k])
             continue;
-        for (const auto plane : {Directions::WiX, Directions::WiY, Directions::WiZ, Directions::WoX,
-                                 Directions::WoY, Directions::WoZ})
-            writer.raw(directions.plane(plane)[k]);
+        auto [wi, wo] = directions.pair(k);
+        if (samples.isotropic) {
+            // Turned so that wi has azimuth 0, which tells a reader what the data is.
+            const double phi_o =
+                std::atan2(wi[0] * wo[1] - wi[1] * wo[0], wi[0] * wo[0] + wi[1] * wo[1]);
+            const double sin_o = std::hypot(wo[0], wo[1]);
+            wi = {std::hypot(wi[0], wi[1]), 0, wi[2]};
+            wo = {sin_o * std::cos(phi_o), sin_o * std::sin(phi_o), wo[2]};
+        }
+        for (const Vector& v : {wi, wo})
+            for (const double x : v)
+                writer.raw(static_cast<float>(x));
         for (std::size_t c = 0; c < channels; ++c)
             writer.raw(samples.channel(c)[k]);
         writer.raw(samples.weights.empty() ? 1 : samples.weights[k]);
