@@ -65,10 +65,7 @@ Samples (*reader_of(const MappedFile& file))(const MappedFile&, std::optional<bo
         if (format.recognise(head))
             return format.read;
     if (merl::recognise(file.bytes()))
-<<<<<<< HEAD
         return read_merl;
-=======
-        return read_merl(file, isotropic);
     if (const char* const what = not_yet_read(file.path(), head))
         throw InputError(fmt::format("{}: {}; brdfit cannot read these yet", file.path(), what));
     if (text::trim(head).substr(0, 1) == "{")
@@ -76,7 +73,6 @@ Samples (*reader_of(const MappedFile& file))(const MappedFile&, std::optional<bo
             fmt::format("{}: a JSON file, such as a material or a specification; "
                         "expected a measurement (brdfit synth makes one of a material)",
                         file.path()));
->>>>>>> debts-F
     throw InputError(fmt::format("{}: unknown format; known: {}", file.path(), known_formats));
 }
 
