@@ -106,7 +106,8 @@ std::vector<Result> measure_fit(const Device& device, const Samples& data) {
     const std::string file = folder / "bench.binary", out = folder / "out";
     merl::write(data, file);
     const std::vector<std::string> fit = {
-        "--device", std::to_string(device.index), "--quiet", "fit", file, "-m", "kurt", "-o", out};
+        "--device", std::to_string(device.index), "--quiet", "fit", file, "-m", "kurt", "-o", out,
+        "--force"};
     const Repeats repeats{1, 5, 5, 0};
     std::vector<Result> results;
     const auto timed = [&](int threads,

@@ -60,17 +60,17 @@ TEST_P(Oclgrind, finds_nothing_in_any_pass) {
     run("synth material.json scattered.csv --directions 150 --noise 0.02");
     run("synth anisotropic.json anisotropic.csv --directions 100");
     // The search of a model with few shapes, then every kind of pass from given starts.
-    run("fit scattered.csv -m ward,cook-torrance --max-evaluations 2 -o out");
+    run("fit scattered.csv -m ward,cook-torrance --max-evaluations 2 -o out --force");
     write_file(folder_ / "start.json", R"({"brdfit": 1, "channels": ["a", "b"],
         "diffuse": {"model": "kurt-coupled", "kd": [0.2, 0.1]},
         "lobes": [{"model": "kurt", "ks": [0.3, 0.2], "f0": 0.2, "m": 0.25, "alpha": 0.1},
                   {"model": "ward", "ks": [0.1, 0.1], "m": 0.2}]})");
     for (const char* metric : {"ngan", "log", "cbrt"})
         run(fmt::format("fit scattered.csv -m kurt-coupled+ward --start start.json --metric {} "
-                        "--max-evaluations 4 -o out",
+                        "--max-evaluations 4 -o out --force",
                         metric));
     run("fit anisotropic.csv --anisotropic -m cook-torrance+ashikhmin-shirley+kurt-plausible "
-        "--start anisotropic.json --max-evaluations 2 -o out");
+        "--start anisotropic.json --max-evaluations 2 -o out --force");
 }
 
 TEST_P(Oclgrind, finds_nothing_in_sampling) {
