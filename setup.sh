@@ -64,7 +64,7 @@ case "$1" in
 demo)
     install_packages $needed
     build -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF
-    build/brdfit demo -o demo
+    build/brdfit demo -o demo --force
     ;;
 test)
     install_packages $needed $needed_by_tests
@@ -73,7 +73,7 @@ test)
     ;;
 check)
     install_packages $needed $needed_by_checks
-    find host fit bench tests -name '*.[ch]pp' -print0 | xargs -0 clang-format --dry-run -Werror
+    find kernels host fit bench tests \( -name '*.[ch]pp' -o -name '*.h' \) -print0 | xargs -0 clang-format --dry-run -Werror
     clang_takes_it
     echo "formatted, and clang takes it"
     ;;

@@ -113,7 +113,7 @@ std::string material_path(const FitRequest& request, const std::string& stem,
         .string();
 }
 
-void check_nothing_is_replaced(const FitRequest& request) {
+void check_nothing_is_replaced(const FitRequest& request, const std::vector<std::string>& also) {
     if (request.force)
         return;
     std::vector<std::string> there;
@@ -128,6 +128,8 @@ void check_nothing_is_replaced(const FitRequest& request) {
             look(material_path(request, stem, structure));
     if (!request.csv.empty())
         look(request.csv);
+    for (const std::string& path : also)
+        look(path);
     if (!there.empty())
         throw InputError(fmt::format(
             "{}{} there already; --force replaces results, or choose "

@@ -35,7 +35,9 @@ std::vector<std::string> distinct_stems(const std::vector<std::string>& files);
 /// Where a file's material of a structure goes: FOLDER/STEM.MODEL.LOBES.json.
 std::string material_path(const FitRequest& request, const std::string& stem,
                           const Structure& structure);
-/// Throws InputError naming files that the request would replace, unless it may.
-void check_nothing_is_replaced(const FitRequest& request);
+/// Throws InputError naming files that the request, or writing `also`, would replace, unless it
+/// may.
+void check_nothing_is_replaced(const FitRequest& request,
+                               const std::vector<std::string>& also = {});
 
 } // namespace brdfit

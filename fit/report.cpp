@@ -91,7 +91,7 @@ std::string parameters_text(const Material& material) {
 
 // A CSV field, quoted where it has to be.
 std::string csv_field(const std::string& text) {
-    if (text.find_first_of(",\"\n") == std::string::npos)
+    if (text.find_first_of(",\"\r\n") == std::string::npos)
         return text;
     std::string quoted = "\"";
     for (const char c : text)
@@ -156,8 +156,7 @@ std::vector<std::string> remarks_on(const FitResult& result) {
     std::vector<std::string> remarks;
     std::string bound;
     for (const FittedParameter& p : result.parameters)
-        if (p.at_bound &&
-            p.name.find("k") == std::string::npos) // kd or ks of 0 is no bound to mind
+        if (p.at_bound && p.name.back() != ']') // kd and ks of a channel may well be 0
             bound += (bound.empty() ? "" : ", ") + column_name(p.name);
     if (!bound.empty())
         remarks.push_back("at bound: " + bound);

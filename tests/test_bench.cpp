@@ -95,6 +95,7 @@ TEST(Bench, writes_every_row_and_where_it_was_measured) {
 
     // The file is what compare reads; nothing differs from itself.
     const Outcome same = run_program({"bench", "compare", path, path});
+    EXPECT_EQ(run_program({"bench", "-m", "kurt", "compare", path, path}).status, 2);
     EXPECT_EQ(same.status, 0) << same.err;
     EXPECT_NE(same.out.find("0 slower, 0 faster"), std::string::npos) << same.out;
 }

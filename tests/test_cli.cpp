@@ -358,6 +358,18 @@ TEST_F(Cli, an_interrupt_leaves_no_temporary_file) {
     EXPECT_EQ(names_in(out), Names{});
 }
 
+TEST_F(Cli, a_file_that_is_replaced_is_said_once_it_is) {
+    const std::vector<std::string> again{"convert", folder / "paint.csv", folder / "again.csv"};
+    EXPECT_EQ(run_program(again).err, "");
+    const Outcome second = run_program(again);
+    EXPECT_EQ(second.status, 0);
+    EXPECT_NE(second.err.find("again.csv was there and is replaced"), std::string::npos)
+        << second.err;
+    EXPECT_EQ(run_program({"-q", again[0], again[1], again[2]}).err, "");
+    const Outcome failed = run_program({"convert", folder / "missing.csv", folder / "again.csv"});
+    EXPECT_EQ(failed.err.find("replaced"), std::string::npos) << failed.err;
+}
+
 // demo
 
 TEST(Demo, fits_every_model_to_three_materials_and_two_lobes_beat_one) {
@@ -393,6 +405,9 @@ TEST(Demo, fits_every_model_to_three_materials_and_two_lobes_beat_one) {
     }
     EXPECT_EQ(names_in(folder.path() / "demo" / "fits").size(), 3 * expected.size());
     EXPECT_EQ(names_in(folder.path() / "demo" / "truth").size(), 3U);
+    const Outcome again = run_program({"demo", "-o", folder / "demo"});
+    EXPECT_EQ(again.status, 1);
+    EXPECT_NE(again.err.find("--force"), std::string::npos) << again.err;
     for (const std::string& name : names_in(folder.path() / "demo" / "fits"))
         EXPECT_NO_THROW(read_material(folder / ("demo/fits/" + name)));
 }

@@ -102,6 +102,16 @@ TEST_F(Generate, refuses_options_that_do_not_apply_before_any_work) {
         2);
 }
 
+TEST_F(Generate, from_a_file_does_not_replace_a_material_beside_the_table) {
+    const std::string material = folder / "gauss.json";
+    const std::string before = read_file(material);
+    const Outcome outcome = run_program({"generate", "--from", gauss, "-o", folder / "gauss.exr"});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("--force"), std::string::npos) << outcome.err;
+    EXPECT_EQ(read_file(material), before);
+    EXPECT_EQ(run_program({"generate", gauss, "--force", "-o", table}).status, 2);
+}
+
 TEST_F(Generate, recovers_from_a_file_and_compares) {
     write_file(folder / "m.json",
                R"({"brdfit": 1, "channels": ["Y"], "diffuse": {"model": "lambert", "kd": [0.2]},

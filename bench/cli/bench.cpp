@@ -195,8 +195,16 @@ void add_bench(CLI::App& app, const Globals& globals, Action& action) {
     add_bench_sampling(*command, globals, action);
     add_bench_compare(*command, globals, action);
     command->callback([command, options, &globals, &action] {
-        if (command->get_subcommands().empty()) // otherwise that has set the action
+        if (command->get_subcommands().empty()) {
             action = [options, &globals] { return bench_command(*options, globals); };
+            return;
+        }
+        // That has set the action, and takes none of these.
+        for (const char* name : {"--model", "--work", "--json"})
+            if (command->count(name) > 0)
+                throw CLI::ValidationError(name,
+                                           "is an option of bench itself, not of bench " +
+                                               command->get_subcommands().front()->get_name());
     });
 }
 

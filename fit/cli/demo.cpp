@@ -17,33 +17,40 @@ constexpr int demo_seed = 1;
 
 // Writes the built-in materials and what a measurement of each would give; fits all models to
 // these.
-int demo(const std::string& folder, const Globals& globals) {
-    const std::filesystem::path truth = std::filesystem::path(folder) / "truth";
-    make_output_folder(truth.string());
-    const Device device = open_device(globals.device);
+int demo(const std::string& folder, bool force, const Globals& globals) {
+    const std::filesystem::path root = folder, truth = root / "truth";
     FitRequest request;
-    for (const EmbeddedFile* file = embedded_demo; file->name != nullptr; ++file) {
-        const Material material = parse_material(file->text, file->name);
-        const std::string name = std::filesystem::path(file->name).stem().string();
-        const std::string material_file = (truth / file->name).string();
-        const std::string measured = (std::filesystem::path(folder) / (name + ".binary")).string();
-        write_material(material, material_file);
-        if (!globals.quiet)
-            fmt::print("$ brdfit synth {} {} --noise {} --seed {}\n", material_file, measured,
-                       demo_noise, demo_seed);
-        std::fflush(stdout);
-        write_samples(synthesise_merl(device, material, demo_noise, demo_seed, material_file),
-                      measured);
-        request.files.push_back(measured);
-    }
     request.models = {"all"};
     request.lobes = {1, 2};
-    request.folder = (std::filesystem::path(folder) / "fits").string();
-    request.force = true; // the folder is its own
-    request.csv = (std::filesystem::path(folder) / "summary.csv").string();
+    request.folder = (root / "fits").string();
+    request.csv = (root / "summary.csv").string();
+    request.force = force;
+    std::vector<std::string> inputs;
+    for (const EmbeddedFile* file = embedded_demo; file->name != nullptr; ++file) {
+        const std::string name = std::filesystem::path(file->name).stem().string();
+        request.files.push_back((root / (name + ".binary")).string());
+        inputs.push_back(request.files.back());
+        inputs.push_back((truth / file->name).string());
+    }
+    check_nothing_is_replaced(request, inputs);
+    make_output_folder(truth.string());
+    const Device device = open_device(globals.device);
+    for (std::size_t i = 0; i < request.files.size(); ++i) {
+        const EmbeddedFile& file = embedded_demo[i];
+        const Material material = parse_material(file.text, file.name);
+        const std::string material_file = (truth / file.name).string();
+        write_material(material, material_file);
+        if (!globals.quiet)
+            fmt::print("$ brdfit synth {} {} --noise {} --seed {}\n", material_file,
+                       request.files[i], demo_noise, demo_seed);
+        std::fflush(stdout);
+        write_samples(synthesise_merl(device, material, demo_noise, demo_seed, material_file),
+                      request.files[i]);
+    }
     if (!globals.quiet)
-        fmt::print("$ brdfit fit {} -m all --lobes 1,2 -o {} --csv {}\n\n",
-                   fmt::join(request.files, " "), request.folder, request.csv);
+        fmt::print("$ brdfit fit {} -m all --lobes 1,2 -o {} --csv {}{}\n\n",
+                   fmt::join(request.files, " "), request.folder, request.csv,
+                   force ? " --force" : "");
     std::fflush(stdout);
     return fit_files(request, false, globals);
 }
@@ -54,11 +61,17 @@ void add_demo(CLI::App& app, const Globals& globals, Action& action) {
     CLI::App* command = app.add_subcommand(
         "demo",
         "Synthesise three measured materials and fit all models to them with one and two lobes");
-    auto folder = std::make_shared<std::string>("demo");
-    command->add_option("-o,--output", *folder, "folder to write to")->capture_default_str();
+    struct Options {
+        std::string folder = "demo";
+        bool force = false;
+    };
+    auto options = std::make_shared<Options>();
+    command->add_option("-o,--output", options->folder, "folder to write to")
+        ->capture_default_str();
+    command->add_flag("--force", options->force, "replace what is there");
     command->footer("Example:\n  brdfit demo -o demo");
-    command->callback([folder, &globals, &action] {
-        action = [folder, &globals] { return demo(*folder, globals); };
+    command->callback([options, &globals, &action] {
+        action = [options, &globals] { return demo(options->folder, options->force, globals); };
     });
 }
 

@@ -214,7 +214,8 @@ void add_generate(CLI::App& app, const Globals& globals, Action& action) {
                     "  brdfit generate gauss.json -o gauss.exr\n"
                     "  brdfit generate --from nickel.binary -o nickel.exr");
     command->callback([command, options, &globals, &action] {
-        for (const char* name : {"--model", "--max-theta", "--isotropic", "--anisotropic"})
+        for (const char* name :
+             {"--model", "--max-theta", "--isotropic", "--anisotropic", "--force"})
             if (command->count(name) > 0)
                 options->only_from = name;
         action = [options, &globals] { return generate(*options, globals); };

@@ -57,6 +57,7 @@ void add_recover_options(CLI::App& command, RecoverRequest& request) {
                     "with --from: drop samples beyond this angle from the normal, degrees")
         ->check(within(1, 90))
         ->capture_default_str();
+    command.add_flag("--force", request.force, "with --from: replace a material beside the table");
     request.isotropy.add_to(command);
 }
 
@@ -65,6 +66,12 @@ int recover_from(const RecoverRequest& request, const GeneratorOptions& options,
                  bool json, const Globals& globals) {
     for (const bool isotropic : {true, false})
         structures_of(request, isotropic); // unknown names first
+    const std::string material_file =
+        std::filesystem::path(out).replace_extension(".json").string();
+    if (std::error_code unknown; !request.force && std::filesystem::exists(material_file, unknown))
+        throw InputError(fmt::format("{} is there already, where the material of {} goes; --force "
+                                     "replaces it, or choose another name",
+                                     material_file, out));
     const Samples samples = read_samples(request.file, request.isotropy.choice());
     const std::vector<Structure> structures = structures_of(request, samples.isotropic);
     Progress progress(structures.size() + 1, globals.quiet);
@@ -79,7 +86,7 @@ int recover_from(const RecoverRequest& request, const GeneratorOptions& options,
     fit_options.max_theta = request.max_theta;
     FitRow own;
     own.file = request.file;
-    own.material_file = std::filesystem::path(out).replace_extension(".json").string();
+    own.material_file = material_file;
     own.result.model = "microfacet";
     own.result.material = material_of(recovered, samples, out);
     const DeviceSamples packed = pack_samples(device, samples, request.max_theta, Metric::Ngan);

@@ -15,6 +15,7 @@ struct RecoverRequest {
     std::vector<std::string> models{"all"}; ///< to compare with; `none`
     double max_theta = 80;                  ///< degrees
     Isotropy isotropy;
+    bool force = false; ///< replace a material that is there
 };
 
 void add_recover_options(CLI::App& command, RecoverRequest& request);

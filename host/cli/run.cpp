@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <fmt/format.h>
 #include <memory>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -119,7 +120,14 @@ int run(int argc, char** argv) {
                                         : globals.verbose ? spdlog::level::debug
                                                           : spdlog::level::info);
     try {
+        take_replaced_files(); // of an earlier run
         const int status = action();
+        if (const std::vector<std::string> files = take_replaced_files(); !files.empty())
+            spdlog::info("{} was there and {} replaced",
+                         files.size() == 1
+                             ? files.front()
+                             : fmt::format("{} and {} more", files.front(), files.size() - 1),
+                         files.size() == 1 ? "is" : "are");
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             throw InputError("standard output: cannot write the results");
         return status;

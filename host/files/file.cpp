@@ -9,10 +9,12 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <memory>
+#include <mutex>
 #include <openssl/evp.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 namespace brdfit {
 
@@ -80,6 +82,13 @@ MappedFile::~MappedFile() {
         munmap(const_cast<char*>(data_), size_);
 }
 
+namespace {
+
+std::mutex replaced_mutex;
+std::vector<std::string> replaced;
+
+} // namespace
+
 OutputFile::OutputFile(const std::string& path) : path_(path) {
     struct stat status {};
     const bool exists = stat(path.c_str(), &status) == 0;
@@ -126,11 +135,21 @@ void OutputFile::commit() {
         fail("write", flushed ? errno : flush_error);
     if (temporary_.empty())
         return;
+    const bool there = access(path_.c_str(), F_OK) == 0;
     if (std::rename(temporary_.c_str(), path_.c_str()) != 0)
         fail("rename the finished file", errno);
+    if (there) {
+        const std::lock_guard<std::mutex> lock(replaced_mutex);
+        replaced.push_back(path_);
+    }
     temporary_.clear();
     release_slot(slot_);
     slot_ = -1;
+}
+
+std::vector<std::string> take_replaced_files() {
+    const std::lock_guard<std::mutex> lock(replaced_mutex);
+    return std::exchange(replaced, {});
 }
 
 void make_output_folder(const std::string& path) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace brdfit {
 
@@ -51,6 +52,9 @@ class OutputFile {
 /// Removes the temporary files of every OutputFile now open: for the signal handler of a program
 /// about to die, async-signal-safe.
 void remove_open_temporaries();
+
+/// The existing files that commit() has replaced since the last call, in order.
+std::vector<std::string> take_replaced_files();
 
 /// Creates a folder and its parents. Throws InputError when it cannot be made or written to.
 void make_output_folder(const std::string& path);
