@@ -101,6 +101,8 @@ std::string csv_field(const std::string& text) {
 
 // 1234567890 as "1.23 G".
 std::string with_prefix(double value) {
+    if (value == 0)
+        return "-"; // not measured
     for (const auto& [scale, prefix] : {std::pair{1e9, " G"}, {1e6, " M"}, {1e3, " k"}})
         if (value >= scale)
             return fmt::format("{:.3g}{}", value / scale, prefix);

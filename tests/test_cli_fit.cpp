@@ -290,6 +290,8 @@ TEST_F(Cli, wrong_usage_of_fit_ends_with_2_before_anything_is_written) {
         {{"-m", "ward", "--lobes", "0"}, "--lobes"},
         {{"-m", "ward", "--lobes", "5"}, "--lobes"},
         {{"-m", "ward", "--lobes", "two"}, "--lobes"},
+        {{"-m", "ward", "--seed", "-1"}, "--seed"},
+        {{"-m", "ward", "--seed", "0.5"}, "--seed"},
         {{"-m", "ward", "--diffuse", "no-such"}, "no-such"},
         {{"-m", "ward", "--device", "no such device"}, "no such device"},
         {{"-m", "ward", "--device", "99"}, "99"},

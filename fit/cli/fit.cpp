@@ -74,8 +74,7 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
                      "random starts polished besides the global search")
         ->check(CLI::Range(0, 100000))
         ->capture_default_str();
-    command->add_option("--seed", request.options.seed, "of the random starts")
-        ->capture_default_str();
+    add_seed(*command, request.options.seed, "of the random starts")->capture_default_str();
     command->add_option("--start", options->start,
                         "material to start from, in place of the global search");
     command

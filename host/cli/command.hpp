@@ -48,6 +48,14 @@ inline void add_directions(CLI::App& command, std::string& path) {
                     ".csv with wi_x,wi_y,wi_z,wo_x,wo_y,wo_z or .npy of shape (N, 6)")
         ->required();
 }
+/// `--seed`: a whole number from 0, of 64 bits.
+inline CLI::Option* add_seed(CLI::App& command, std::uint64_t& seed, const std::string& of) {
+    return command.add_option("--seed", seed, of)->check([](const std::string& text) {
+        return text.find_first_not_of("0123456789") == std::string::npos
+                   ? std::string()
+                   : text + ": expected a whole number from 0";
+    });
+}
 /// The most directions one command makes: more would fill any disk.
 inline constexpr std::uint64_t most_directions = 100000000;
 

@@ -123,11 +123,10 @@ int run(int argc, char** argv) {
         take_replaced_files(); // of an earlier run
         const int status = action();
         if (const std::vector<std::string> files = take_replaced_files(); !files.empty())
-            spdlog::info("{} was there and {} replaced",
-                         files.size() == 1
-                             ? files.front()
-                             : fmt::format("{} and {} more", files.front(), files.size() - 1),
-                         files.size() == 1 ? "is" : "are");
+            spdlog::info(fmt::runtime(files.size() == 1
+                                          ? "{} was there and is replaced"
+                                          : "{} and {} more were there and are replaced"),
+                         files.front(), files.size() - 1);
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             throw InputError("standard output: cannot write the results");
         return status;

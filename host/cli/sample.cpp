@@ -62,10 +62,8 @@ void add_sample(CLI::App& app, const Globals& globals, Action& action) {
     command->add_option("-n", options->n, "how many")
         ->required()
         ->check(CLI::Range(std::uint64_t{1}, most_directions));
-    command
-        ->add_option("--seed", options->seed,
-                     "another seed, other samples; sample i depends on seed and i alone")
-        ->check(CLI::NonNegativeNumber) // conversion alone lets -1 pass
+    add_seed(*command, options->seed,
+             "another seed, other samples; sample i depends on seed and i alone")
         ->capture_default_str();
     command->add_option("--sequence", options->sequence, "sobol (evenly spread) or philox (random)")
         ->transform(CLI::CheckedTransformer(std::map<std::string, Sequence>{

@@ -75,7 +75,7 @@ void add_synth(CLI::App& app, const Globals& globals, Action& action) {
                      "standard deviation s of the noise, y (1 + s N(0,1))")
         ->check(within(0, 10))
         ->capture_default_str();
-    command->add_option("--seed", options->seed, "of noise and directions")->capture_default_str();
+    add_seed(*command, options->seed, "of noise and directions")->capture_default_str();
     command->add_option("--directions", options->directions,
                         fmt::format("file of directions (.csv, .npy), or how many random ones "
                                     "(default: {})",
