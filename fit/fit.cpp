@@ -24,6 +24,11 @@ constexpr std::uint64_t draw_seed = 0x6a7d; // not that of --starts
 constexpr std::size_t single_lobe_drawn = 4, several_lobe_drawn = 10;
 constexpr std::size_t single_lobe_finalists = 2, several_lobe_finalists = 3;
 constexpr double highest_coupled_f0 = 0.999;
+// Where a fit that is to conserve energy looks at R first, degrees; points of an albedo while it is
+// polished; how often viewers are added.
+const std::vector<double> first_viewers{0, 40, 70, 85, 89};
+constexpr std::uint32_t limit_points = 8192;
+constexpr int most_limit_rounds = 8;
 // A random start beats the search where its error is below by more than this share.
 constexpr double better_share = 1e-3;
 
@@ -172,8 +177,7 @@ std::vector<FileFitter::Smaller> FileFitter::smaller_than(const Structure& struc
 
 // The solution of a smaller structure with a missing lobe of no strength.
 FileFitter::Solution FileFitter::extended(const Structure& structure, const Space& space,
-                                          const Smaller& part) {
-    const Solution& known = fitted(part.structure).solution;
+                                          const Smaller& part, const Solution& known) {
     const StructureLayout layout = layout_of(structure);
     const auto missing = static_cast<std::size_t>(part.missing);
     Solution solution{known.theta, Coefficients::Zero(known.a.rows(), known.a.cols() + 1), 0};
@@ -357,7 +361,7 @@ FileFitter::Solution FileFitter::best_polished(const Structure& structure, const
     if (!options_.start)
         for (const Smaller& part : smaller_than(structure))
             if (fitted(part.structure).solution.squared_error < best.squared_error)
-                try_from(extended(structure, space, part));
+                try_from(extended(structure, space, part, fitted(part.structure).solution));
     if (!std::isfinite(best.squared_error))
         throw InputError("no finite error on these samples");
     return best;
@@ -399,19 +403,119 @@ Objective& FileFitter::full_objective(const Structure& structure) {
     return *full_objective_;
 }
 
+FileFitter::Solution FileFitter::best_conserving(const Structure& structure, Conserving& found) {
+    const Space& space = found.fitted.space;
+    std::vector<Solution> starts{found.fitted.solution};
+    if (!options_.start) {
+        const std::vector<StartingPoint> searched = searched_starts(structure, space);
+        Objective& thinned = thinned_objective(structure);
+        thinned.limit_albedos(found.limit);
+        const std::vector<Solution> polished = polished_thinned(structure, space, searched);
+        thinned.limit_albedos(nullptr);
+        const std::vector<Solution> best =
+            distinct(space, polished,
+                     structure.lobes.size() <= 1 ? single_lobe_finalists : several_lobe_finalists);
+        starts.insert(starts.end(), best.begin(), best.end());
+        for (const Smaller& part : smaller_than(structure))
+            starts.push_back(
+                extended(structure, space, part, conserving(part.structure).fitted.solution));
+    }
+    Objective& objective = full_objective(structure);
+    objective.limit_albedos(found.limit);
+    for (Solution& start : starts)
+        start = polish(objective, space, start, full_polish());
+    std::stable_sort(starts.begin(), starts.end(), better);
+    Solution best;
+    best.squared_error = std::numeric_limits<double>::infinity();
+    // More viewers make no solution better: the others are done with where one is settled below.
+    for (Solution& start : starts)
+        if (better(start, best)) {
+            Solution solution = settled(objective, found, std::move(start));
+            if (better(solution, best))
+                best = std::move(solution);
+        }
+    return best;
+}
+
+FileFitter::Solution FileFitter::settled(Objective& objective, Conserving& found,
+                                         Solution solution) {
+    AlbedoLimit all = limit_at_every_degree(found.limit->albedos, solution.a);
+    const auto degrees = static_cast<Eigen::Index>(conserved_theta) + 1;
+    Eigen::MatrixXd components = all.at(solution.theta);
+    for (int round = 0; round < most_limit_rounds; ++round) {
+        const Eigen::MatrixXd r = material_albedos(solution.a, components);
+        std::vector<Vector> violated;
+        for (Eigen::Index ch = 0; ch < r.rows(); ++ch)
+            for (Eigen::Index first = 0; first < r.cols(); first += degrees) {
+                Eigen::Index at = 0;
+                if (r.row(ch).segment(first, degrees).maxCoeff(&at) > 1 + conserved_tolerance)
+                    violated.push_back(all.wo[static_cast<std::size_t>(first + at)]);
+            }
+        if (violated.empty())
+            break;
+        std::vector<Vector>& wo = found.limit->wo;
+        const std::size_t before = wo.size();
+        for (const Vector& w : violated)
+            if (std::find(wo.begin(), wo.end(), w) == wo.end())
+                wo.push_back(w);
+        if (wo.size() == before)
+            break; // as close as albedos that are smooth in theta can tell
+        solution = polish(objective, found.fitted.space, solution, full_polish());
+        components = all.at(solution.theta);
+    }
+    objective.limit_albedos(std::make_shared<const AlbedoLimit>(all));
+    if (quadratic(options_.metric)) {
+        solution.squared_error = objective.projected_error(solution.theta);
+        solution.a = objective.coefficients();
+    } else {
+        solution.squared_error =
+            objective.projected_loss(options_.metric, solution.theta, solution.a);
+    }
+    objective.limit_albedos(found.limit);
+    return solution;
+}
+
+FileFitter::Conserving& FileFitter::conserving(const Structure& structure) {
+    const auto known = conserving_.find(structure.key());
+    if (known != conserving_.end())
+        return known->second;
+    Conserving found{fitted(structure),
+                     std::make_shared<AlbedoLimit>(AlbedoLimit{
+                         ComponentAlbedos(programs_, structure),
+                         viewers_at(first_viewers, structure.isotropic, 3), limit_points})};
+    const auto started = std::chrono::steady_clock::now();
+    const double building = programs_.build_seconds();
+    const Solution& free = found.fitted.solution;
+    const Eigen::MatrixXd r = material_albedos(
+        free.a, limit_at_every_degree(found.limit->albedos, free.a).at(free.theta));
+    if (r.maxCoeff() > 1 + conserved_tolerance / 2) {
+        const std::size_t thinned = thinned_objective(structure).evaluations();
+        found.fitted.solution = best_conserving(structure, found);
+        found.fitted.evaluations += full_objective(structure).evaluations();
+        found.fitted.thinned_evaluations += thinned_objective(structure).evaluations() - thinned;
+    }
+    found.fitted.polish_seconds += seconds_since(started) - (programs_.build_seconds() - building);
+    return conserving_.emplace(structure.key(), std::move(found)).first->second;
+}
+
 FitResult FileFitter::fit(const Structure& structure) {
     const auto started = std::chrono::steady_clock::now();
     const double building = programs_.build_seconds();
-    const Fitted& fit = fitted(structure);
+    Conserving* const conserved = options_.conserve ? &conserving(structure) : nullptr;
+    const Fitted& fit = conserved != nullptr ? conserved->fitted : fitted(structure);
     Objective& objective = full_objective(structure);
     const std::size_t evaluations = objective.evaluations();
     Solution solution = fit.solution;
     FitResult result;
     result.random_starts = options_.random_starts;
+    if (conserved != nullptr)
+        objective.limit_albedos(conserved->limit);
     for (int i = 0; i < options_.random_starts; ++i) {
         const std::vector<double> theta =
             fit.space.random(options_.seed, static_cast<std::uint64_t>(i));
         Solution other = polish(objective, fit.space, {theta, {}, 0}, full_polish());
+        if (conserved != nullptr && other.squared_error < solution.squared_error)
+            other = settled(objective, *conserved, std::move(other));
         if (std::sqrt(other.squared_error) <
             std::sqrt(fit.solution.squared_error) * (1 - better_share))
             ++result.random_starts_better;
@@ -427,8 +531,9 @@ FitResult FileFitter::fit(const Structure& structure) {
     result.material = material_of(structure, samples_.channels, solution.theta, solution.a);
     result.theta = std::move(solution.theta);
     result.samples = packed_.count;
-    result.largest_albedo = largest_albedo(ComponentAlbedos(programs_, structure), structure,
-                                           samples_.channels, result.theta, solution.a);
+    const ComponentAlbedos albedos(programs_, structure);
+    result.largest_albedo = (options_.conserve ? largest_conserved_albedo : largest_albedo)(
+        albedos, samples_.channels, result.theta, solution.a);
     result.evaluations = fit.evaluations + objective.evaluations() - evaluations;
     result.passes = objective.timed_passes();
     result.pass_seconds = objective.seconds();

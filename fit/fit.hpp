@@ -42,6 +42,10 @@ struct FitOptions {
     /// --fix and --bound: what is known of the material (f0 of a dielectric), or models less
     /// general than the catalogue's (alpha = 0).
     std::vector<ParameterRange> ranges;
+    /// Only materials whose directional albedo R is at most 1 + conserved_tolerance in every
+    /// channel up to conserved_theta: for renderings in which light is reflected again and again.
+    /// The best of them; where the free fit is one, that.
+    bool conserve = false;
     /// Warm start for data like what it was fitted to: replaces the global search, unless a lobe
     /// has no strength there. Only a local optimum is promised then.
     std::optional<Material> start;
@@ -65,7 +69,8 @@ struct FitResult {
     double seconds = 0;                            ///< all of it but build_seconds
     int random_starts = 0;                         ///< polished besides the global search
     int random_starts_better = 0; ///< of these, that beat the search by more than 0.1 %
-    /// The largest directional albedo R up to 85 degrees, over all channels.
+    /// The largest directional albedo R up to 85 degrees, over all channels; of a fit that
+    /// conserves energy up to conserved_theta, within conserved_tolerance / 2.
     LargestAlbedo largest_albedo;
     double samples_per_second() const {
         return pass_seconds > 0 ? static_cast<double>(samples * passes) / pass_seconds : 0;
@@ -104,10 +109,21 @@ class FileFitter {
         Structure structure;
     };
     std::vector<Smaller> smaller_than(const Structure& structure) const;
-    Solution extended(const Structure& structure, const Space& space, const Smaller& part);
+    static Solution extended(const Structure& structure, const Space& space, const Smaller& part,
+                             const Solution& known);
     // Builds programs; finds starting points worth a polish on all samples (search, then polish
     // on the thinned samples); polishes them on all samples, and keeps the best.
     const Fitted& fitted(const Structure& structure);
+    // The best solution that conserves energy, and the limit that holds it.
+    struct Conserving {
+        Fitted fitted;
+        std::shared_ptr<AlbedoLimit> limit;
+    };
+    Conserving& conserving(const Structure& structure);
+    Solution best_conserving(const Structure& structure, Conserving& found);
+    // Adds viewers with R above 1 to the limit and polishes, until there are none; then solves kd
+    // and ks for every degree.
+    Solution settled(Objective& objective, Conserving& found, Solution solution);
     Space space_of(const Structure& structure) const;
     void build_programs(const Structure& structure);
     std::vector<Solution> finalists(const Structure& structure, const Space& space);
@@ -138,6 +154,7 @@ class FileFitter {
     DeviceSamples packed_, thinned_; // thinned_: for the search
     std::map<std::string, std::unique_ptr<Objective>> thinned_objectives_;
     std::map<std::string, Fitted> fitted_;
+    std::map<std::string, Conserving> conserving_;
     std::unique_ptr<Objective> full_objective_;
 };
 

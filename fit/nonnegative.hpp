@@ -23,4 +23,16 @@ struct NonNegativeSolution {
 NonNegativeSolution solve_nonnegative(const SmallMatrix& gram, const SmallVector& projected,
                                       double squared, const SmallVector& reference);
 
+/// That solution among those with limits * a <= 1.
+struct LimitedSolution {
+    SmallVector a;               ///< >= 0
+    double squared_error;        ///< at a
+    Eigen::VectorXd multipliers; ///< >= 0: the squared error's fall by a row's 1 (Lagrange)
+};
+
+/// As solve_nonnegative, with limits * a <= 1 as well; limits: [row][unknown], >= 0, where one is
+/// infinite the unknown stays 0.
+LimitedSolution solve_limited(const SmallMatrix& gram, const SmallVector& projected, double squared,
+                              const SmallVector& reference, const Eigen::MatrixXd& limits);
+
 } // namespace brdfit

@@ -149,9 +149,54 @@ void Objective::count_first_run(std::chrono::steady_clock::time_point started) c
         std::chrono::nanoseconds(std::chrono::steady_clock::now() - started).count();
 }
 
+// Of one channel, within the limit.
+LimitedSolution Objective::solved(int channel, const SmallMatrix& gram,
+                                  const SmallVector& projected, const SmallVector& reference) {
+    if (!limit_) {
+        NonNegativeSolution free = solve_nonnegative(gram, projected, 0, reference);
+        return {std::move(free.a), free.squared_error, {}};
+    }
+    LimitedSolution solution = solve_limited(gram, projected, 0, reference, albedos_);
+    multipliers_.col(channel) = solution.multipliers;
+    return solution;
+}
+
+// The limit's albedos at theta.
+void Objective::take_limit(const std::vector<double>& theta) {
+    if (!limit_)
+        return;
+    albedos_ = limit_->at(theta);
+    multipliers_ = Eigen::MatrixXd::Zero(albedos_.rows(), samples_.channels);
+}
+
+// Adds lambda dR/dtheta of the constraints that bind.
+void Objective::add_limit_gradient(const std::vector<double>& theta, const Coefficients& a,
+                                   std::vector<double>& gradient) const {
+    if (!limit_)
+        return;
+    std::vector<Vector> wo;
+    std::vector<Eigen::Index> binding;
+    for (Eigen::Index k = 0; k < multipliers_.rows(); ++k)
+        if (multipliers_.row(k).maxCoeff() > 0) {
+            wo.push_back(limit_->wo[static_cast<std::size_t>(k)]);
+            binding.push_back(k);
+        }
+    if (wo.empty())
+        return;
+    const Eigen::MatrixXd slopes = limit_->albedos.smooth_by_theta(theta, wo, limit_->points);
+    const std::vector<DerivativeEntry>& entries = layout().entries;
+    for (std::size_t e = 0; e < entries.size(); ++e)
+        for (std::size_t k = 0; k < binding.size(); ++k) {
+            const double pull = multipliers_.row(binding[k]) * a.col(entries[e].basis);
+            if (pull > 0)
+                gradient[static_cast<std::size_t>(entries[e].parameter)] +=
+                    pull * slopes(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(e));
+        }
+}
+
 // Solves kd and ks of every channel from basis sums taken about reference_; returns the squared
 // error.
-double Objective::solve(const Eigen::ArrayXXd& sums, Coefficients& a) const {
+double Objective::solve(const Eigen::ArrayXXd& sums, Coefficients& a) {
     const int basis = layout().basis;
     const auto gram_sums = static_cast<Eigen::Index>(triangle(basis));
     SmallMatrix gram(basis, basis);
@@ -169,7 +214,7 @@ double Objective::solve(const Eigen::ArrayXXd& sums, Coefficients& a) const {
             reference[j] = reference_(ch, j);
         }
         // r'r is summed over the chunk's channels by the kernel: added once below.
-        const NonNegativeSolution solution = solve_nonnegative(gram, projected, 0, reference);
+        const LimitedSolution solution = solved(ch, gram, projected, reference);
         error += solution.squared_error;
         a.row(ch) = solution.a.transpose();
     }
@@ -231,6 +276,7 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
         gradient != nullptr && samples_.chunks == 1 && gradient_sums <= most_fused_sums;
     if (gradient != nullptr)
         gradient->assign(theta.size(), 0);
+    take_limit(theta);
 
     Reduced reduced;
     double error = solve_at(theta, fused ? "gradient_sums" : "basis_sums",
@@ -249,6 +295,8 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
             (*gradient)[static_cast<std::size_t>(entries[e].parameter)] +=
                 2 * pulled.sums(static_cast<Eigen::Index>(1 + e), 0);
     }
+    if (gradient != nullptr)
+        add_limit_gradient(theta, coefficients_, *gradient);
     if (error < reference_error_) {
         reference_error_ = error;
         reference_ = coefficients_;
@@ -329,8 +377,8 @@ double Objective::newton_step(const std::vector<ChannelLoss>& at,
         const auto row = static_cast<Eigen::Index>(ch);
         SmallMatrix curve = at[ch].curve;
         curve.diagonal() *= 1 + damping[ch];
-        const NonNegativeSolution step =
-            solve_nonnegative(curve, at[ch].pull, 0, a.row(row).transpose());
+        const LimitedSolution step =
+            solved(static_cast<int>(ch), curve, at[ch].pull, a.row(row).transpose());
         if (!(step.squared_error < -channel_gain * at[ch].loss))
             continue;
         gain -= step.squared_error;
@@ -351,7 +399,11 @@ double Objective::projected_loss(Metric metric, const std::vector<double>& theta
         --evaluations_;
         // Samples below 0 make 0 a local minimum of cbrt: from within.
         a = coefficients_.cwiseMax(lifted_share * coefficients_.maxCoeff());
+    } else {
+        take_limit(theta);
     }
+    if (limit_)
+        a = scaled_below_1(a, albedos_);
     const auto total = [](const std::vector<ChannelLoss>& of) {
         double sum = 0;
         for (const ChannelLoss& channel : of)
@@ -393,6 +445,7 @@ double Objective::projected_loss(Metric metric, const std::vector<double>& theta
         if (!by_theta_of_best)
             sums = loss_sums(metric, theta, a, false);
         *gradient = sums.by_theta;
+        add_limit_gradient(theta, a, *gradient);
     }
     return error;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fit/conserve.hpp"
 #include "fit/metric.hpp"
 #include "fit/nonnegative.hpp"
 #include "fit/programs.hpp"
@@ -12,6 +13,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace brdfit {
@@ -53,6 +55,8 @@ struct FixedSums {
 /// dE/da vanishes at that minimum, or a stays at 0 there, the slope of E* is the partial one:
 ///     dE*/dtheta = dE/dtheta at the solved a = -2 sum W (y - f) a_j db_j/dtheta
 /// (envelope theorem). Both need nothing but inner products, which a pass sums on the device.
+/// With a limit on R, linear in a too, that slope gains lambda dR/dtheta for each constraint that
+/// binds, lambda its multiplier.
 class Objective {
   public:
     Objective(const Device& device, std::shared_ptr<const FitProgram> program,
@@ -80,6 +84,10 @@ class Objective {
     /// model overflows.
     double projected_loss(Metric metric, const std::vector<double>& theta, Coefficients& a,
                           std::vector<double>* gradient = nullptr);
+
+    /// From here on kd and ks are solved with the material's R at or below 1 for the limit's
+    /// viewers, and gradients follow that; without one, freely.
+    void limit_albedos(std::shared_ptr<const AlbedoLimit> limit) { limit_ = std::move(limit); }
 
     /// All errors at theta, a, from the residuals themselves.
     MetricErrors metric_errors(const std::vector<double>& theta, const Coefficients& a);
@@ -126,12 +134,17 @@ class Objective {
                        bool secant);
     std::size_t candidates_a_batch() const;
     void upload_parameters(const std::vector<double>& theta, const Coefficients& a);
-    double solve(const Eigen::ArrayXXd& sums, Coefficients& a) const;
+    double solve(const Eigen::ArrayXXd& sums, Coefficients& a);
     double solve_at(const std::vector<double>& theta, const char* pass, std::size_t count,
                     Reduced& reduced);
     void add_gradient(const Reduced& fused, std::vector<double>& gradient) const;
-    static double newton_step(const std::vector<ChannelLoss>& at,
-                              const std::vector<double>& damping, Coefficients& a);
+    double newton_step(const std::vector<ChannelLoss>& at, const std::vector<double>& damping,
+                       Coefficients& a);
+    LimitedSolution solved(int channel, const SmallMatrix& gram, const SmallVector& projected,
+                           const SmallVector& reference);
+    void take_limit(const std::vector<double>& theta);
+    void add_limit_gradient(const std::vector<double>& theta, const Coefficients& a,
+                            std::vector<double>& gradient) const;
     ShapeSums shape_of(const Eigen::ArrayXXd& sums, std::size_t candidate) const;
 
     const Device& device_;
@@ -143,6 +156,9 @@ class Objective {
     std::optional<Metric> compressed_for_;
     std::vector<std::pair<const char*, cl::Kernel>> kernels_;
     std::vector<float> staged_theta_, staged_coefficients_, staged_out_;
+    std::shared_ptr<const AlbedoLimit> limit_;
+    Eigen::MatrixXd albedos_;     // of the limit at the last theta: [viewer][component]
+    Eigen::MatrixXd multipliers_; // [viewer][channel], of the last solution
     Coefficients coefficients_, reference_;
     double reference_error_;
     double data_error_ = std::numeric_limits<double>::infinity(); // with kd = ks = 0

@@ -129,6 +129,7 @@ nlohmann::ordered_json fit_record(const FitResult& result, const Samples& sample
     record["ranges"] = nlohmann::ordered_json::array();
     for (const ParameterRange& range : options.ranges)
         record["ranges"].push_back(text_of(range));
+    record["conserve"] = options.conserve;
     record["warm_start"] = options.start.has_value();
     record["evaluations"] = result.evaluations;
     record["seconds"] = result.seconds;

@@ -429,30 +429,6 @@ TEST(StandardErrors, are_missing_where_the_data_does_not_tell) {
             << p.name << " = " << p.value << " +- " << p.standard_error;
 }
 
-TEST(LargestAlbedo, is_that_of_the_albedo_integrator_and_above_1_where_the_material_is) {
-    for (const char* name : {"kurt", "kurt-coupled", "ward"})
-        for (const bool isotropic : {true, false}) {
-            SCOPED_TRACE(fmt::format("{} {}", name, isotropic));
-            const Structure structure = structure_named(name, 1, "", isotropic);
-            Material truth = typical_material(structure);
-            truth.lobes[0].ks = {0.2, 1.5, 0.4};
-            if (truth.lobes[0].model->name == "kurt")
-                truth.lobes[0].theta.back() = 0.5; // alpha
-            const FitResult result = fit(measured(truth, 20000, 0), structure);
-            const AlbedoGrid grid{91, isotropic ? std::size_t{1} : std::size_t{8}};
-            const Albedo expected = albedo(device(), result.material, grid, 1e-3);
-            double largest = 0;
-            for (const std::vector<double>& values : expected.values)
-                for (std::size_t k = 0; k < values.size(); ++k)
-                    if (k % 91 <= 85)
-                        largest = std::max(largest, values[k]);
-            const LargestAlbedo& found = result.largest_albedo;
-            EXPECT_NEAR(found.value, largest, 0.02 * std::max(1.0, largest));
-            EXPECT_EQ(found.channel, result.material.channels[1]);
-            EXPECT_EQ(found.above_1(), largest > 1.01);
-        }
-}
-
 // At f0 = 1 of its first lobe a coupled diffuse shape vanishes and no kd is the best.
 TEST(Coupled, a_bound_on_the_second_lobe_leaves_the_first_below_1) {
     const Structure structure = structure_named("kurt-coupled", 2, "", true);

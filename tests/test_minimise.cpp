@@ -367,6 +367,70 @@ TEST(SolveNonnegative, error_is_not_finite_where_the_sums_are_not) {
     }
 }
 
+// The same with limits * a <= 1.
+
+TEST(SolveLimited, is_optimal_by_its_multipliers) {
+    std::mt19937_64 random(11);
+    int limited = 0;
+    for (int trial = 0; trial < 2000; ++trial) {
+        const int unknowns = 1 + trial % max_unknowns, rows = 1 + trial % 13;
+        const Problem problem = random_problem(random, unknowns);
+        Eigen::MatrixXd limits(rows, unknowns);
+        std::exponential_distribution<double> positive(0.3);
+        for (Eigen::Index i = 0; i < limits.size(); ++i)
+            limits.data()[i] = trial % 5 == 0 && i % 4 == 0 ? 0 : positive(random);
+        const Eigen::VectorXd reference = Eigen::VectorXd::Constant(unknowns, 0.1 * (trial % 3));
+        const Eigen::MatrixXd gram = problem.columns.transpose() * problem.columns;
+        const Eigen::VectorXd residual = problem.y - problem.columns * reference;
+        const LimitedSolution solution = solve_limited(gram, problem.columns.transpose() * residual,
+                                                       residual.squaredNorm(), reference, limits);
+        const Eigen::VectorXd a = solution.a;
+        EXPECT_NEAR(solution.squared_error, problem.squared_error(a), 1e-9);
+        EXPECT_GE(a.minCoeff(), 0);
+        EXPECT_GE(solution.multipliers.minCoeff(), 0);
+        const Eigen::VectorXd r = limits * a;
+        EXPECT_LE(r.maxCoeff(), 1 + 1e-9);
+        limited += solution.multipliers.maxCoeff() > 0 ? 1 : 0;
+        // What pulls at an unknown is held by its bound or by the limits that bind (Kuhn, Tucker).
+        const Eigen::VectorXd pull =
+            2 * problem.columns.transpose() * (problem.y - problem.columns * a) -
+            limits.transpose() * solution.multipliers;
+        for (int j = 0; j < unknowns; ++j) {
+            const double tolerance = 1e-6 * std::sqrt(gram(j, j)) * problem.y.norm();
+            EXPECT_LE(pull[j], tolerance) << trial;
+            if (a[j] > 0) {
+                EXPECT_GE(pull[j], -tolerance) << trial;
+            }
+        }
+        for (Eigen::Index k = 0; k < rows; ++k)
+            if (solution.multipliers[k] > 1e-9) {
+                EXPECT_NEAR(r[k], 1, 1e-9) << trial;
+            }
+    }
+    EXPECT_GT(limited, 500); // else nothing was tried
+}
+
+TEST(SolveLimited, leaves_out_what_is_infinite_and_takes_what_is_alike) {
+    std::mt19937_64 random(12);
+    for (int unknowns = 2; unknowns <= max_unknowns; ++unknowns) {
+        Problem problem = random_problem(random, unknowns);
+        problem.columns = problem.columns.cwiseAbs();
+        problem.y = 3 * problem.columns.rowwise().sum();
+        problem.columns.col(1) = problem.columns.col(0); // singular
+        Eigen::MatrixXd limits = Eigen::MatrixXd::Constant(3, unknowns, 0.5);
+        const auto solved = [&] {
+            return solve_limited(problem.columns.transpose() * problem.columns,
+                                 problem.columns.transpose() * problem.y, problem.y.squaredNorm(),
+                                 SmallVector::Zero(unknowns), limits);
+        };
+        EXPECT_NEAR(solved().a.sum(), 2, 1e-6);
+        limits(1, 0) = std::numeric_limits<double>::infinity();
+        const LimitedSolution solution = solved();
+        EXPECT_EQ(solution.a[0], 0);
+        EXPECT_NEAR(solution.a.sum(), 2, 1e-6);
+    }
+}
+
 } // namespace
 
 } // namespace brdfit

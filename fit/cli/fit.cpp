@@ -83,6 +83,9 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
         ->allow_extra_args(false);
     command->add_option("--bound", options->bounds, "narrow a parameter's range: alpha=0:1")
         ->allow_extra_args(false);
+    command->add_flag("--conserve", request.options.conserve,
+                      "only materials that reflect no more light than they receive, up to 89 "
+                      "degrees");
     command->add_option("--csv", request.csv, "also write a summary, one row a fit");
     command->add_flag("--force", request.force, "replace materials and summaries that exist");
     command->add_flag("--json", options->json, "print the results as JSON");

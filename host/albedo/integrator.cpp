@@ -253,14 +253,20 @@ bool AlbedoIntegrator::estimate(Running& r, cl_uint points) {
     value.reached = value.error <= std::max(r.task->tolerance, r.relative * mean[0]) ||
                     spread <= single_precision * mean[0] ||
                     (last && value.error <= r.task->tolerance * std::max(1.0, mean[0]));
+    if (r.task->points > 0)
+        return points * cl_uint{replicates} >= r.task->points;
     return value.reached && points * (r.cut ? cl_uint{STEPS} : 1) >= fewest_points;
 }
 
 void AlbedoIntegrator::integrate(std::vector<Running>& running) {
     std::vector<Running*> open = prepared(running);
+    // Where all want so many points, in one go.
+    cl_uint first = most_replicate_points;
+    for (const Running* const r : open)
+        first = std::min(first, std::max(first_points, r->task->points / cl_uint{replicates}));
     cl_uint points = 0;
     while (!open.empty() && points < most_replicate_points) {
-        const cl_uint more = std::max(points, first_points);
+        const cl_uint more = std::max(points, first);
         add_points(open, points, more);
         points += more;
         std::vector<Running*> next;

@@ -21,6 +21,9 @@ struct AlbedoTask {
     double tolerance = 1e-4;   ///< absolute; infinite: not wanted
     double ior = 0;            ///< index of refraction that AlbedoValue::weighted is for, or 0
     double relative = 0;       ///< tolerance relative to the value; either tolerance will do
+    /// Above 0: at least so many points, whatever their error, up to most_points; the value is then
+    /// smooth in theta but where a component begins to grow towards the horizon.
+    std::uint32_t points = 0;
 };
 
 /// integral over wi of g iz, and of g iz weighted: by (1 - c)^5 for ior 0, otherwise by Fresnel's
