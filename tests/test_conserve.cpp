@@ -44,9 +44,9 @@ Material bright(const Structure& structure) {
 
 /// The largest R of any channel up to 89 degrees, by the albedo command's integrals.
 double largest_up_to_89(const Material& material, bool isotropic) {
-    const AlbedoGrid grid{91, isotropic ? std::size_t{1} : std::size_t{8}};
+    const AlbedoGrid grid{91, isotropic ? std::size_t{1} : std::size_t{4}};
     double largest = 0;
-    for (const std::vector<double>& values : albedo(device(), material, grid, 3e-4).values)
+    for (const std::vector<double>& values : albedo(device(), material, grid, 5e-4).values)
         for (std::size_t k = 0; k < values.size(); ++k)
             if (k % 91 <= 89)
                 largest = std::max(largest, values[k]);
@@ -63,7 +63,7 @@ TEST(LargestAlbedo, is_that_of_the_albedo_integrator_and_above_1_where_the_mater
             if (truth.lobes[0].model->name == "kurt")
                 truth.lobes[0].theta.back() = 0.5; // alpha
             const FitResult result = fit(measured(truth, 20000, 0), structure);
-            const AlbedoGrid grid{91, isotropic ? std::size_t{1} : std::size_t{8}};
+            const AlbedoGrid grid{91, isotropic ? std::size_t{1} : std::size_t{4}};
             const Albedo expected = albedo(device(), result.material, grid, 1e-3);
             double largest = 0;
             for (const std::vector<double>& values : expected.values)
@@ -134,7 +134,7 @@ TEST_P(Limit, fits_conserve_energy_and_no_random_start_is_better) {
     const Samples samples = measured(truth, 5000, 0.02);
     const FitResult free = fit(samples, structure);
     FitOptions options = conserving();
-    options.random_starts = 5;
+    options.random_starts = 2;
     const FitResult result = fit(samples, structure, options);
     const double largest = largest_up_to_89(result.material, true);
     EXPECT_LT(largest, 1 + conserved_tolerance);
@@ -145,18 +145,17 @@ TEST_P(Limit, fits_conserve_energy_and_no_random_start_is_better) {
 }
 
 TEST(Conserve, fits_of_every_form_and_metric_conserve_energy) {
-    for (const bool isotropic : {true, false})
-        for (const auto& [name, lobes, metric] : {std::tuple("kurt", 1, Metric::Log),
-                                                  {"ggx", 1, Metric::Cbrt},
-                                                  {"cook-torrance", 2, Metric::Ngan},
-                                                  {"kurt-coupled", 2, Metric::Ngan}}) {
-            SCOPED_TRACE(fmt::format("{} {} {}", name, lobes, isotropic));
-            const Structure structure = structure_named(name, lobes, "", isotropic);
-            FitOptions options = conserving();
-            options.metric = metric;
-            const FitResult result = fit(measured(bright(structure), 3000), structure, options);
-            EXPECT_LT(largest_up_to_89(result.material, isotropic), 1 + conserved_tolerance);
-        }
+    for (const auto& [name, lobes, isotropic, metric] : {std::tuple("kurt", 1, true, Metric::Log),
+                                                         {"ggx", 1, false, Metric::Cbrt},
+                                                         {"kurt-coupled", 1, true, Metric::Ngan},
+                                                         {"cook-torrance", 2, false, Metric::L2}}) {
+        SCOPED_TRACE(fmt::format("{} {} {}", name, lobes, isotropic));
+        const Structure structure = structure_named(name, lobes, "", isotropic);
+        FitOptions options = conserving();
+        options.metric = metric;
+        const FitResult result = fit(measured(bright(structure), 2000), structure, options);
+        EXPECT_LT(largest_up_to_89(result.material, isotropic), 1 + conserved_tolerance);
+    }
 }
 
 TEST(Conserve, what_conserves_energy_freely_stays_as_it_is) {
@@ -170,7 +169,7 @@ TEST(Conserve, what_conserves_energy_freely_stays_as_it_is) {
 
 // Both fits are kept within the limit, so the larger one has what the smaller one has and more.
 TEST(Conserve, a_second_lobe_is_never_worse) {
-    for (const char* name : {"kurt", "ward-duer"}) {
+    for (const char* name : {"cook-torrance", "ward-duer"}) {
         const Structure one = structure_named(name, 1, "", true),
                         two = structure_named(name, 2, "", true);
         const Samples samples = measured(bright(one), 1000);
