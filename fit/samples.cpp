@@ -117,11 +117,11 @@ DeviceSamples pack_samples(const Device& device, const Samples& samples, double 
             "normal; nothing to fit",
             samples.source, samples.count(), max_theta_degrees));
     // The packed copies are for this file only, the directions are read where they are.
-    packed.directions = cl::Buffer(
-        device.context,
+    packed.directions = make_buffer(
+        device, directions.data().size() * sizeof(float),
         static_cast<cl_mem_flags>(CL_MEM_READ_ONLY |
                                   (device.cpu ? CL_MEM_USE_HOST_PTR : CL_MEM_COPY_HOST_PTR)),
-        directions.data().size() * sizeof(float), const_cast<float*>(directions.data().data()));
+        const_cast<float*>(directions.data().data()));
     upload_used(device, samples, metric, packed);
     return packed;
 }

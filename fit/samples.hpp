@@ -26,7 +26,7 @@ struct DeviceSamples {
     std::size_t pairs = 0; ///< of the file's directions
     cl::Buffer directions; ///< the file's, [plane][pair]
     cl::Buffer index;      ///< [stride] into the pairs; the padding repeats the last
-    cl::Buffer values;     ///< of the channels, in the order of VALUE_AT of kernels/passes/sums.cl
+    cl::Buffer values;  ///< of the channels, in the order of VALUE_AT of kernels/passes/prepare.cl
     cl::Buffer weights; ///< W of the quadratic part of the metric: w iz^2 or iz^2; 0 in the padding
     cl::Buffer solid_angle; ///< w, mean 1
     cl::Buffer iz;          ///< cosine of wi
@@ -40,7 +40,8 @@ struct DeviceSamples {
 std::vector<float> quadratic_weights(const Samples& samples, const std::vector<std::uint32_t>& used,
                                      const std::vector<float>& solid_angle, Metric metric);
 
-/// Packs the samples. Throws InputError, naming the file, where none is left.
+/// Packs the samples. Throws InputError, naming the file, where none is left, and where a buffer is
+/// larger than the device allows.
 DeviceSamples pack_samples(const Device& device, const Samples& samples, double max_theta_degrees,
                            Metric metric);
 /// About `count` of the packed samples, one of each run of equal length, for the global search. The

@@ -25,32 +25,32 @@ bool ended_at_bound(const Space::Dimension& dimension, double value) {
     return !dimension.fixed && (x <= low + margin || x >= high - margin);
 }
 
-// J'J of the mean squared error by theta and, channel after channel, kd and ks.
-Eigen::MatrixXd gauss_newton(Objective& objective, const std::vector<double>& theta,
-                             const Coefficients& a, double& squared_error) {
+// J'J of the mean squared error by theta and each channel's kd and ks. Those of different channels
+// do not meet.
+struct GaussNewton {
+    Eigen::MatrixXd theta, basis;       ///< basis: of any channel
+    std::vector<Eigen::MatrixXd> cross; ///< [channel] theta by basis
+};
+
+GaussNewton gauss_newton(Objective& objective, const std::vector<double>& theta,
+                         const Coefficients& a, double& squared_error) {
     const NormalSums normal = objective.normal_sums(theta, a);
     squared_error = normal.squared_error;
     const auto& entries = objective.layout().entries;
     const auto parameters = static_cast<Eigen::Index>(theta.size());
-    const Eigen::Index basis = a.cols();
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(parameters + a.size(), parameters + a.size());
-    for (std::size_t e = 0; e < entries.size(); ++e) {
-        const auto row = static_cast<Eigen::Index>(entries[e].parameter);
+    GaussNewton sums{Eigen::MatrixXd::Zero(parameters, parameters), normal.basis, {}};
+    for (std::size_t e = 0; e < entries.size(); ++e)
         for (std::size_t f = 0; f < entries.size(); ++f)
-            matrix(row, entries[f].parameter) +=
+            sums.theta(entries[e].parameter, entries[f].parameter) +=
                 a.col(entries[e].basis).dot(a.col(entries[f].basis)) *
                 normal.entry_entry(static_cast<Eigen::Index>(e), static_cast<Eigen::Index>(f));
-        for (Eigen::Index ch = 0; ch < a.rows(); ++ch)
-            for (Eigen::Index j = 0; j < basis; ++j) {
-                const Eigen::Index column = parameters + ch * basis + j;
-                matrix(row, column) +=
-                    a(ch, entries[e].basis) * normal.entry_basis(static_cast<Eigen::Index>(e), j);
-                matrix(column, row) = matrix(row, column);
-            }
+    for (Eigen::Index ch = 0; ch < a.rows(); ++ch) {
+        sums.cross.emplace_back(Eigen::MatrixXd::Zero(parameters, a.cols()));
+        for (std::size_t e = 0; e < entries.size(); ++e)
+            sums.cross.back().row(entries[e].parameter) +=
+                a(ch, entries[e].basis) * normal.entry_basis.row(static_cast<Eigen::Index>(e));
     }
-    for (Eigen::Index ch = 0; ch < a.rows(); ++ch)
-        matrix.block(parameters + ch * basis, parameters + ch * basis, basis, basis) = normal.basis;
-    return matrix;
+    return sums;
 }
 
 // Half the Hessian of the loss by theta and a, from differences of its gradient.
@@ -135,6 +135,113 @@ Eigen::VectorXd variances(const Eigen::MatrixXd& curvature, const std::vector<bo
     return result;
 }
 
+// Those among the `free` from `begin` on, as many as the matrix has, that have curvature.
+std::vector<Eigen::Index> curved(const Eigen::MatrixXd& curvature, const std::vector<bool>& free,
+                                 std::size_t begin) {
+    std::vector<Eigen::Index> index;
+    for (Eigen::Index i = 0; i < curvature.rows(); ++i)
+        if (free[begin + static_cast<std::size_t>(i)] && curvature(i, i) > 0)
+            index.push_back(i);
+    return index;
+}
+
+// The parts of a matrix by rows and columns, divided by the roots of the curvatures they have
+// alone.
+Eigen::MatrixXd scaled_part(const Eigen::MatrixXd& matrix, const std::vector<Eigen::Index>& rows,
+                            const std::vector<Eigen::Index>& columns,
+                            const Eigen::MatrixXd& of_rows, const Eigen::MatrixXd& of_columns) {
+    Eigen::MatrixXd part(rows.size(), columns.size());
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        for (std::size_t j = 0; j < columns.size(); ++j)
+            part(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+                matrix(rows[i], columns[j]) /
+                std::sqrt(of_rows(rows[i], rows[i]) * of_columns(columns[j], columns[j]));
+    return part;
+}
+
+// The same of all parameters of a quadratic metric. Each channel's kd and ks are eliminated
+// (Schur's complement), so that the time grows with the channels, not with their cube.
+Eigen::VectorXd variances(const GaussNewton& sums, const std::vector<bool>& free,
+                          double residual_variance) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    const Eigen::Index parameters = sums.theta.rows(), basis = sums.basis.rows();
+    Eigen::VectorXd result = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(free.size()), nan);
+    const bool finite = sums.theta.allFinite() && sums.basis.allFinite() &&
+                        std::all_of(sums.cross.begin(), sums.cross.end(),
+                                    [](const Eigen::MatrixXd& m) { return m.allFinite(); });
+    if (!finite)
+        return result;
+    const std::vector<Eigen::Index> shape = curved(sums.theta, free, 0);
+    const auto n = static_cast<Eigen::Index>(shape.size());
+
+    struct Channel {
+        std::vector<Eigen::Index> index;
+        Eigen::VectorXd variance; ///< with theta fixed; NaN where undetermined
+        Eigen::MatrixXd follows;  ///< how kd and ks change with theta, but for the sign
+    };
+    std::vector<Channel> channels;
+    Eigen::MatrixXd reduced = scaled_part(sums.theta, shape, shape, sums.theta, sums.theta);
+    for (std::size_t ch = 0; ch < sums.cross.size(); ++ch) {
+        const std::size_t begin =
+            static_cast<std::size_t>(parameters) + ch * static_cast<std::size_t>(basis);
+        Channel channel{curved(sums.basis, free, begin), {}, {}};
+        const auto m = static_cast<Eigen::Index>(channel.index.size());
+        if (m > 0) {
+            const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> own(
+                scaled_part(sums.basis, channel.index, channel.index, sums.basis, sums.basis));
+            Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(m, m);
+            Eigen::VectorXd unknown = Eigen::VectorXd::Zero(m);
+            for (Eigen::Index k = 0; k < m; ++k) {
+                const auto v = own.eigenvectors().col(k);
+                if (own.eigenvalues()[k] > undetermined)
+                    inverse += v * v.transpose() / own.eigenvalues()[k];
+                else
+                    unknown = (v.array().abs() > 1e-3).select(nan, unknown);
+            }
+            channel.variance = inverse.diagonal() + unknown;
+            const Eigen::MatrixXd cross =
+                scaled_part(sums.cross[ch], shape, channel.index, sums.theta, sums.basis);
+            channel.follows = inverse * cross.transpose();
+            reduced -= cross * channel.follows;
+        }
+        channels.push_back(std::move(channel));
+    }
+    Eigen::VectorXd variance = Eigen::VectorXd::Zero(n);
+    if (n > 0) {
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(reduced);
+        for (Eigen::Index k = 0; k < n; ++k) {
+            const Eigen::VectorXd x = eigen.eigenvectors().col(k);
+            double square = 1; // of the direction's length, kd and ks included
+            for (const Channel& channel : channels)
+                square += channel.index.empty() ? 0 : (channel.follows * x).squaredNorm();
+            const bool known = eigen.eigenvalues()[k] / square > undetermined;
+            const auto add = [&](Eigen::VectorXd& to, const Eigen::VectorXd& direction) {
+                for (Eigen::Index i = 0; i < to.size(); ++i)
+                    if (known)
+                        to[i] += direction[i] * direction[i] / eigen.eigenvalues()[k];
+                    else if (std::abs(direction[i]) > 1e-3 * std::sqrt(square))
+                        to[i] = nan;
+            };
+            add(variance, x);
+            for (Channel& channel : channels)
+                if (!channel.index.empty())
+                    add(channel.variance, channel.follows * x);
+        }
+    }
+    for (Eigen::Index i = 0; i < n; ++i) {
+        const Eigen::Index at = shape[static_cast<std::size_t>(i)];
+        result[at] = residual_variance * variance[i] / sums.theta(at, at);
+    }
+    for (std::size_t ch = 0; ch < channels.size(); ++ch)
+        for (std::size_t j = 0; j < channels[ch].index.size(); ++j) {
+            const Eigen::Index at = channels[ch].index[j];
+            result[parameters + static_cast<Eigen::Index>(ch) * basis + at] =
+                residual_variance * channels[ch].variance[static_cast<Eigen::Index>(j)] /
+                sums.basis(at, at);
+        }
+    return result;
+}
+
 } // namespace
 
 std::vector<FittedParameter> fitted_parameters(Objective& objective, const Space& space,
@@ -142,10 +249,6 @@ std::vector<FittedParameter> fitted_parameters(Objective& objective, const Space
                                                const std::vector<std::string>& channels,
                                                const std::vector<double>& theta,
                                                const Coefficients& a) {
-    double squared_error = 0;
-    const Eigen::MatrixXd curvature =
-        quadratic(metric) ? gauss_newton(objective, theta, a, squared_error)
-                          : half_hessian(objective, space, metric, theta, a, squared_error);
     std::vector<FittedParameter> parameters;
     std::vector<bool> free;
     for (std::size_t i = 0; i < theta.size(); ++i) {
@@ -164,12 +267,21 @@ std::vector<FittedParameter> fitted_parameters(Objective& objective, const Space
                                   a(ch, j), 0, a(ch, j) <= nothing});
             free.push_back(a(ch, j) > nothing);
         }
+    double squared_error = 0;
+    GaussNewton sums;
+    Eigen::MatrixXd curvature;
+    if (quadratic(metric))
+        sums = gauss_newton(objective, theta, a, squared_error);
+    else
+        curvature = half_hessian(objective, space, metric, theta, a, squared_error);
     const double unknowns = static_cast<double>(std::count(free.begin(), free.end(), true));
     const double residuals = objective.samples().norm();
     const double residual_variance = residuals > unknowns
                                          ? squared_error / (residuals - unknowns)
                                          : std::numeric_limits<double>::quiet_NaN();
-    const Eigen::VectorXd variance = variances(curvature, free, residual_variance);
+    const Eigen::VectorXd variance = quadratic(metric)
+                                         ? variances(sums, free, residual_variance)
+                                         : variances(curvature, free, residual_variance);
     for (std::size_t i = 0; i < parameters.size(); ++i)
         parameters[i].standard_error = std::sqrt(variance[static_cast<Eigen::Index>(i)]);
     return parameters;

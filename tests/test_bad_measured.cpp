@@ -1,7 +1,9 @@
 // What a broken measured file says, and what is left where one cannot be written.
 
 #include "host/error.hpp"
+#include "host/files/channels.hpp"
 #include "host/files/directions.hpp"
+#include "host/files/npy.hpp"
 #include "host/measured/merl.hpp"
 #include "host/measured/read.hpp"
 #include "host/measured/write.hpp"
@@ -11,6 +13,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <limits>
@@ -228,6 +231,25 @@ TEST_F(BadMeasured, csv_header_must_have_its_columns) {
     expects(with_header("theta_i,phi_i,theta_o,phi_o,R,\n"), "a column has no name");
 }
 
+TEST_F(BadMeasured, channels_are_named_and_counted_as_materials_take_them) {
+    const std::string row = "0.5,0,0.25,3,0.1,0.2\n";
+    for (const char* name : {"\"R\"", "R\xff", "R\x01", "\xc3"})
+        expects(complaint_of(std::string("theta_i,phi_i,theta_o,phi_o,G,") + name + "\n" + row),
+                "line 1: column 6: ");
+    EXPECT_EQ(complaint_of("theta_i,phi_i,theta_o,phi_o,G,\xc3\xa9t\xc3\xa9 #1\n" + row), "");
+    expects(complaint_of(changed(astm_example, "phi_s,R", "phi_s,\"R\"")), "line 3: column 5: ");
+    std::string header = "theta_i,phi_i,theta_o,phi_o", values = "0.5,0,0.25,3";
+    for (std::size_t ch = 0; ch <= max_channels; ++ch) {
+        header += fmt::format(",c{}", ch);
+        values += ",0.1";
+    }
+    expects(complaint_of(header + '\n' + values + '\n'),
+            "line 1: 4097 channels; expected at most 4096");
+    expects(complaint_of(npy::header(1, 6 + max_channels + 2) +
+                         std::string((6 + max_channels + 2) * sizeof(float), '\0')),
+            "4097 channels; expected at most 4096");
+}
+
 TEST_F(BadMeasured, csv_row_is_named_by_line_and_column) {
     const auto with_row = [&](const std::string& row) {
         return complaint_of(csv_head + "0.5,0,0.25,3,0.1,0.2\n" + row);
@@ -300,7 +322,7 @@ TEST_F(BadMeasured, cornell_file_is_named_by_line) {
 
 TEST_F(BadMeasured, channel_names_that_no_csv_can_hold_are_refused) {
     write_file(path, csv_example);
-    for (const char* name : {"", "a,b", "a\nb", " a", "phi_i", "weight", "G"}) {
+    for (const char* name : {"", "a,b", "a\nb", " a", "\"a\"", "\xff", "phi_i", "weight", "G"}) {
         Samples samples = read_samples(path);
         samples.channels[0] = name;
         const std::string out = folder / "out.csv";

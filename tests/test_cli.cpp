@@ -358,6 +358,47 @@ TEST_F(Cli, an_interrupt_leaves_no_temporary_file) {
     EXPECT_EQ(names_in(out), Names{});
 }
 
+TEST_F(Cli, a_reader_that_leaves_and_a_crash_leave_no_temporary_file) {
+    const std::filesystem::path out = folder.path() / "broken";
+    std::filesystem::create_directory(out);
+    for (const int signal : {SIGPIPE, SIGBUS, SIGSEGV, SIGABRT}) {
+        const Outcome outcome = interrupted(
+            {"synth", folder / "brushed.json", (out / "big.csv").string(), "--directions",
+             "2000000"},
+            out, [](const std::string& name) { return name.find(".part") != std::string::npos; },
+            signal);
+#ifndef __SANITIZE_ADDRESS__ // whose handlers stay
+        EXPECT_EQ(outcome.status, 128 + signal) << outcome.err;
+        EXPECT_EQ(names_in(out), Names{}) << signal;
+        EXPECT_EQ(outcome.err.find("POCL_CACHE_DIR") != std::string::npos, signal != SIGPIPE)
+            << outcome.err;
+#endif
+    }
+}
+
+TEST(Program, an_output_that_takes_nothing_ends_with_1) {
+    const std::string program = BRDFIT_PROGRAM;
+    for (const std::string arguments :
+         {"--help", "--version", "help fit", "fit --help", "models", "devices --json"}) {
+        const Outcome outcome =
+            run_command({"sh", "-c", program + " " + arguments + " >/dev/full"});
+        EXPECT_EQ(outcome.status, 1) << arguments;
+        EXPECT_NE(outcome.err.find("cannot write"), std::string::npos) << outcome.err;
+    }
+}
+
+TEST_F(Cli, a_signal_that_was_ignored_stays_so) {
+    const Outcome outcome = run_command(
+        {"sh", "-c",
+         fmt::format(
+             "trap '' INT PIPE; {} synth {} {} --directions 300000 & child=$!; for i in 1 2 "
+             "3 4 5 6 7 8; do kill -INT $child; kill -PIPE $child; sleep 0.05; done; wait "
+             "$child",
+             BRDFIT_PROGRAM, folder / "brushed.json", folder / "whole.csv")});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(std::filesystem::exists(folder / "whole.csv"));
+}
+
 TEST_F(Cli, a_file_that_is_replaced_is_said_once_it_is) {
     const std::vector<std::string> again{"convert", folder / "paint.csv", folder / "again.csv"};
     EXPECT_EQ(run_program(again).err, "");

@@ -1,6 +1,7 @@
 // brdfit fit as its users meet it: every option does what it says, and what is wrong ends with the
 // right status, a message that says what, and no half-written file.
 
+#include "host/files/channels.hpp"
 #include "host/version.hpp"
 #include "tests/support/cli.hpp"
 #include "tests/support/fits.hpp"
@@ -365,6 +366,49 @@ TEST_F(Cli, a_folder_that_cannot_be_written_ends_with_1) {
     expect_input_error(run_program({"fit", folder / "paint.csv", "-m", "ward", "-o", "/proc/out"}),
                        "/proc/out");
     expect_input_error(run_program({"demo", "-o", folder / "paint.csv/out"}), "paint.csv/out");
+    std::filesystem::create_symlink("loop", folder / "loop");
+    expect_input_error(
+        run_program({"fit", folder / "paint.csv", "-m", "ward", "-o", folder / "loop"}),
+        "loop: cannot make the folder");
+}
+
+TEST_F(Cli, a_file_s_name_need_not_be_utf_8) {
+    const std::string name = folder / "paint\xff.csv";
+    std::filesystem::copy(folder / "paint.csv", name);
+    const Outcome outcome =
+        run_program({"fit", name, "-m", "lambert", "-o", folder / "out", "--json"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json rows = json::parse(outcome.out);
+    EXPECT_EQ(rows.at(0).at("file"), folder / "paint\xef\xbf\xbd.csv");
+    const Material material = read_material(folder / "out/paint\xff.lambert.0.json");
+    EXPECT_EQ(material.fit.at("source"), folder / "paint\xef\xbf\xbd.csv");
+    EXPECT_EQ(run_program({"albedo", folder / "out/paint\xff.lambert.0.json", "--json", "-o",
+                           folder / "a.csv"})
+                  .status,
+              0);
+}
+
+// Standard errors of so many strengths are in the material too.
+TEST_F(Cli, as_many_channels_as_materials_have_are_fitted_and_read_back) {
+    std::string text = "theta_i,phi_i,theta_o,phi_o";
+    for (std::size_t ch = 0; ch < max_channels; ++ch)
+        text += fmt::format(",c{}", ch);
+    text += '\n';
+    for (int row = 0; row < 20; ++row) {
+        text += fmt::format("{},0,{},{}", 0.05 * row, 0.07 * (19 - row), 0.3 * row);
+        for (std::size_t ch = 0; ch < max_channels; ++ch)
+            text += fmt::format(
+                ",{:.4f}", 0.1 + 0.01 * static_cast<double>(
+                                            (ch * 7 + static_cast<std::size_t>(row) * 3) % 11));
+        text += '\n';
+    }
+    write_file(folder / "many.csv", text);
+    const Outcome outcome =
+        run_program({"fit", folder / "many.csv", "-m", "kurt", "-o", folder / "out"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Material material = read_material(folder / "out/many.kurt.1.json");
+    EXPECT_EQ(material.channels.size(), max_channels);
+    EXPECT_GE(material.fit.at("standard_error").size(), 2 * max_channels);
 }
 
 TEST_F(Cli, a_full_disk_ends_with_1) {

@@ -134,6 +134,48 @@ TEST_F(Program, without_any_device_says_in_a_sentence_what_to_install) {
     EXPECT_EQ(run_program({"--version"}, environment).status, 0);
 }
 
+// PoCL has no device where it cannot keep kernels, and says nothing.
+TEST_F(Program, names_the_folder_where_the_driver_cannot_keep_kernels) {
+    if (test::device().platform != "Portable Computing Language" || list_devices().size() != 1)
+        GTEST_SKIP() << "not the only device: PoCL's";
+    write_file(folder / "file", "");
+    std::filesystem::create_symlink("loop", folder / "loop");
+    const std::string inside = folder / "file/x", loop = folder / "loop", file = folder / "file";
+    for (const auto& [environment, says] :
+         std::vector<std::pair<std::vector<std::string>, std::string>>{
+             {{"POCL_CACHE_DIR=" + inside}, "'" + inside + "' (from POCL_CACHE_DIR)"},
+             {{"POCL_CACHE_DIR=" + file}, "'" + file + "' (from POCL_CACHE_DIR)"},
+             {{"POCL_CACHE_DIR="}, "'' (from POCL_CACHE_DIR)"}}) {
+        const Outcome outcome = eval({}, environment);
+        EXPECT_EQ(outcome.status, 1) << says;
+        EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+        EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+        EXPECT_FALSE(std::filesystem::exists(folder / "v.csv"));
+    }
+    // Variables as PoCL reads them.
+    for (const auto& [variables, says] :
+         std::vector<std::pair<std::vector<std::string>, std::string>>{
+             {{"XDG_CACHE_HOME=" + loop}, "'" + loop + "/pocl/kcache' (from XDG_CACHE_HOME)"},
+             {{"XDG_CACHE_HOME=", "HOME=" + file},
+              "'" + file + "/.cache/pocl/kcache' (from HOME)"}}) {
+        std::vector<std::string> command{"env", "-u", "POCL_CACHE_DIR"};
+        command.insert(command.end(), variables.begin(), variables.end());
+        command.insert(command.end(), {BRDFIT_PROGRAM, "devices"});
+        const Outcome outcome = test::run_command(command);
+        EXPECT_EQ(outcome.status, 1) << says;
+        EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+    }
+}
+
+TEST_F(Program, judges_the_form_asked_for_by_the_device_that_is_used) {
+    const Outcome wrong = eval({}, {"BRDFIT_FORM=3,1,2048"});
+    EXPECT_EQ(wrong.status, 2);
+    EXPECT_NE(wrong.err.find(test::device().name), std::string::npos) << wrong.err;
+    EXPECT_EQ(run_program({"devices"}, {"BRDFIT_FORM=3,1,2048"}).status, 0);
+    EXPECT_EQ(eval({}, {"BRDFIT_FORM="}).status, 0);
+    EXPECT_EQ(eval({}, {"BRDFIT_FORM=1,1,1024"}).status, 0);
+}
+
 TEST_F(Program, takes_kernels_from_the_folder_named_while_developing) {
     const KernelFolder kernels;
     EXPECT_EQ(eval({}, {"BRDFIT_KERNELS=" + kernels.path().string()}).status, 0);

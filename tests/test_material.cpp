@@ -1,5 +1,6 @@
 #include "host/embedded.hpp"
 #include "host/error.hpp"
+#include "host/files/json.hpp"
 #include "host/model/material.hpp"
 #include "tests/support/support.hpp"
 
@@ -342,6 +343,23 @@ TEST(BadMaterial, is_not_nested_deeply) {
          {std::string(depth, '['), std::string(depth, '[') + std::string(depth, ']'), objects,
           R"({"fit": )" + objects})
         EXPECT_EQ(complaint(text), "paint.json: is nested too deeply; expected at most 32 levels");
+}
+
+TEST(BadMaterial, has_no_objects_of_more_keys_than_are_found_quickly) {
+    const auto with_keys = [](std::size_t count) {
+        Json json = example();
+        std::string fit;
+        for (std::size_t i = 0; i < count; ++i)
+            fit += fmt::format("{}\"k{}\": 0", i == 0 ? "" : ", ", i);
+        json["fit"] = "HERE";
+        std::string text = json.dump();
+        return text.replace(text.find("\"HERE\""), 6, "{" + fit + "}");
+    };
+    EXPECT_EQ(complaint(with_keys(max_json_keys)), "");
+    EXPECT_NE(complaint(with_keys(max_json_keys + 1))
+                  .find(fmt::format("an object of more than {} keys", max_json_keys)),
+              std::string::npos)
+        << complaint(with_keys(max_json_keys + 1));
 }
 
 TEST(BadMaterial, does_not_flood_the_message) {

@@ -357,6 +357,18 @@ TEST(PackSamples, uses_the_valid_samples_within_the_angle) {
     EXPECT_LT(within, samples.count() / 2);
 }
 
+TEST(PackSamples, directions_larger_than_the_device_takes_are_refused) {
+    Structure structure = structure_named("lambert", 0, "", true);
+    Material material = typical_material(structure);
+    Samples samples = test::measured(material, 2000);
+    samples.channels.resize(1); // 8 KiB or more of values, 48 KB of directions
+    Device small = device();
+    small.max_allocation = 45000;
+    const std::string message =
+        test::complaint([&] { pack_samples(small, samples, 90, Metric::Ngan); });
+    EXPECT_NE(message.find("its limit is"), std::string::npos) << message;
+}
+
 TEST(PackSamples, invalid_samples_and_those_beyond_the_angle_change_nothing) {
     const Structure structure = structure_named("kurt", 1, "", true);
     const Material material = typical_material(structure);

@@ -80,9 +80,41 @@ TEST_F(Tune, forms_that_cannot_run_and_broken_files_are_ignored) {
         EXPECT_EQ(open_device("0").form, shipped_form(untuned_)) << key << " " << value;
         change(key, before);
     }
-    for (const char* text : {"", "{", "[]", "{\"tuning\": 1}", "{\"tuning\": [1, {}, null]}"}) {
+    const std::string nested = "{\"tuning\": " + std::string(500000, '[');
+    for (const std::string& text :
+         {std::string(), std::string("{"), std::string("[]"), std::string("{\"tuning\": 1}"),
+          std::string("{\"tuning\": [1, {}, null]}"), nested,
+          nested + std::string(500000, ']') + "}", std::string(500000, '[')}) {
         write_file(path_, text);
-        EXPECT_EQ(open_device("0").form, shipped_form(untuned_)) << text;
+        EXPECT_EQ(open_device("0").form, shipped_form(untuned_)) << text.substr(0, 40);
+    }
+}
+
+// Errors that root meets too.
+TEST_F(Tune, a_place_that_cannot_be_read_is_said_once_and_the_shipped_form_used) {
+    std::filesystem::create_symlink("loop", folder_ / "loop");
+    write_file(folder_ / "file", "");
+    write_file(folder_ / "m.json", R"({"brdfit": 1, "channels": ["R"], "lobes": [],
+        "diffuse": {"model": "lambert", "kd": [0.1]}})");
+    const std::vector<std::string> command{"synth", folder_ / "m.json", folder_ / "v.csv",
+                                           "--directions", "10"};
+    const std::string loop = folder_ / "loop", longer(5000, 'x');
+    for (const std::string& place :
+         {"BRDFIT_TUNING=" + loop, "BRDFIT_TUNING=" + loop + "/tuning.json",
+          "BRDFIT_TUNING=" + longer, "BRDFIT_TUNING=" + folder_.path().string()}) {
+        const Outcome outcome = run_program(command, {place});
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(outcome.err.find("warning"), outcome.err.rfind("warning")) << outcome.err;
+        EXPECT_NE(outcome.err.find(place.substr(place.find('=') + 1)), std::string::npos)
+            << outcome.err;
+    }
+    // Where nothing can be, nothing is missing.
+    const Outcome outcome = run_program(command, {"BRDFIT_TUNING=" + (folder_ / "file/t.json")});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.err.find("warning"), std::string::npos) << outcome.err;
+    {
+        const Variable tuning("BRDFIT_TUNING", loop.c_str());
+        EXPECT_THROW(store_tuned_form(untuned_, other_), InputError);
     }
 }
 

@@ -6,6 +6,7 @@
 #include "host/device/errors.hpp"
 #include "host/error.hpp"
 #include "host/files/file.hpp"
+#include "host/files/json.hpp"
 #include "host/measured/read.hpp"
 
 #include <algorithm>
@@ -85,7 +86,8 @@ int fit_files(const FitRequest& request, bool json, const Globals& globals) {
     check_nothing_is_replaced(request);
     const Device device = open_device(globals.device);
     spdlog::debug("device {}: {}", device.index, device.name);
-    const bool folder_is_new = !std::filesystem::exists(request.folder);
+    std::error_code unknown; // said by check_folder
+    const bool folder_is_new = !std::filesystem::exists(request.folder, unknown);
     check_folder(request.folder);
     ProgramCache programs(device);
     const std::vector<std::string> stems = distinct_stems(request.files);
@@ -112,7 +114,7 @@ int fit_files(const FitRequest& request, bool json, const Globals& globals) {
     }
     progress.clear();
     if (json)
-        fmt::print("{}\n", fit_rows_json(rows, request.options).dump(2));
+        fmt::print("{}\n", dumped(fit_rows_json(rows, request.options), 2));
     if (!request.csv.empty())
         write_fit_csv(rows, request.options, request.csv);
     if (rows.done.empty() && folder_is_new) {

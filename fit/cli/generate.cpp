@@ -2,6 +2,7 @@
 #include "host/cli/command.hpp"
 #include "host/error.hpp"
 #include "host/evaluate/sample.hpp"
+#include "host/files/json.hpp"
 #include "host/microfacet/generator.hpp"
 
 #include <algorithm>
@@ -176,7 +177,7 @@ int generate(const Options& options, const Globals& globals) {
         for (const auto& row : compared)
             json["beside_ward"].push_back(
                 {{"theta", row[0]}, {"microfacet", row[1]}, {"ward", row[2]}});
-        fmt::print("{}\n", json.dump(2));
+        fmt::print("{}\n", dumped(json, 2));
         return 0;
     }
     print_report(table, options.out, seconds);

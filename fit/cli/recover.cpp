@@ -10,6 +10,7 @@
 #include "host/cli/within.hpp"
 #include "host/error.hpp"
 #include "host/evaluate/evaluate.hpp"
+#include "host/files/json.hpp"
 #include "host/measured/read.hpp"
 
 #include <algorithm>
@@ -116,7 +117,7 @@ int recover_from(const RecoverRequest& request, const GeneratorOptions& options,
     }
     progress.clear();
     if (json) {
-        fmt::print("{}\n", fit_rows_json(rows, fit_options).dump(2));
+        fmt::print("{}\n", dumped(fit_rows_json(rows, fit_options), 2));
         return 0;
     }
     std::vector<const FitRow*> of_file;

@@ -20,8 +20,9 @@ namespace {
 /// six standard errors of the mean.
 constexpr std::size_t shifts = 16;
 constexpr double stated_deviations = 1.5;
-/// Points a bin of theta_h: consecutive Fibonacci numbers, the first lattice and the last.
-constexpr std::size_t first_lattice = 34, last_lattice = 6765;
+/// Points a bin of theta_h, Fibonacci numbers: the first lattice and, three numbers on each time,
+/// the last.
+constexpr std::size_t first_lattice = 34, last_lattice = 10946;
 constexpr std::size_t average_nodes = 32;
 
 /// Integrals over the measured part of the hemisphere: of f iz by channel, and iz / pi of what was

@@ -4,6 +4,7 @@
 #include "host/cli/command.hpp"
 #include "host/cli/isotropy.hpp"
 #include "host/error.hpp"
+#include "host/files/json.hpp"
 #include "host/image/plot.hpp"
 #include "host/measured/read.hpp"
 #include "host/version.hpp"
@@ -171,7 +172,7 @@ int run_albedo(const Options& options, const Globals& globals) {
         nlohmann::ordered_json rows = nlohmann::ordered_json::array();
         for (std::size_t i = 0; i < albedos.size(); ++i)
             rows.push_back(to_json(options.inputs[i], albedos[i]));
-        fmt::print("{}\n", rows.dump(2));
+        fmt::print("{}\n", dumped(rows, 2));
     } else {
         for (std::size_t i = 0; i < albedos.size(); ++i)
             print(options.inputs[i], albedos[i]);

@@ -48,7 +48,10 @@ void add_devices(CLI::App& app, const Globals&, Action& action) {
         app.add_subcommand("devices", "List the OpenCL devices, the default marked *");
     auto json = std::make_shared<bool>(false);
     command->add_flag("--json", *json, "as JSON");
-    command->footer("Example:\n  brdfit devices --json");
+    command->footer("PoCL, the driver for CPUs, keeps the kernels it has built in POCL_CACHE_DIR "
+                    "(~/.cache/pocl/kcache where\nthat is not set), which it must be able to write "
+                    "to; where programs crash in it, remove that folder.\n"
+                    "Example:\n  brdfit devices --json");
     command->callback([json, &action] { action = [json] { return devices(*json); }; });
 }
 

@@ -1,4 +1,5 @@
 #include "host/cli/command.hpp"
+#include "host/device/cache.hpp"
 #include "host/device/errors.hpp"
 #include "host/error.hpp"
 #include "host/files/file.hpp"
@@ -12,7 +13,9 @@
 #include <memory>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <string>
 #include <string_view>
+#include <unistd.h>
 #include <vector>
 
 namespace brdfit::cli {
@@ -51,27 +54,53 @@ extern "C" void clean_up_and_die(int signal) {
     std::raise(signal);
 }
 
-// Until the command ends, a signal that ends the program first removes its temporary files.
+// What is said of a crash, where a handler can reach it without allocating.
+std::string crash_message;
+
+extern "C" void explain_and_die(int signal) {
+    if (write(STDERR_FILENO, crash_message.data(), crash_message.size()) < 0) {
+        // then nobody reads it
+    }
+    clean_up_and_die(signal);
+}
+
+// Until the command ends, a signal that ends the program first removes its temporary files. What
+// was ignored (nohup) stays so, and so do others' handlers of crashes (a sanitizer's).
 class Signals {
   public:
     Signals() {
+        crash_message = fmt::format(
+            "brdfit: error: the program crashed, perhaps in the OpenCL driver; kernels that PoCL "
+            "keeps in '{}' may be damaged: remove that folder, or name another in POCL_CACHE_DIR\n",
+            pocl_cache().folder);
         for (std::size_t i = 0; i < before_.size(); ++i) {
-            before_[i] = std::signal(caught[i], clean_up_and_die);
-            if (before_[i] == SIG_IGN) // nohup
-                std::signal(caught[i], SIG_IGN);
+            const bool crash = i >= ends;
+            sigaction(caught[i], nullptr, &before_[i]);
+            if (before_[i].sa_handler == SIG_IGN || (crash && before_[i].sa_handler != SIG_DFL))
+                continue;
+            struct sigaction now {};
+            now.sa_handler = crash ? explain_and_die : clean_up_and_die;
+            sigaction(caught[i], &now, nullptr);
         }
     }
     ~Signals() {
         for (std::size_t i = 0; i < before_.size(); ++i)
-            std::signal(caught[i], before_[i]);
+            sigaction(caught[i], &before_[i], nullptr);
     }
     Signals(const Signals&) = delete;
     Signals& operator=(const Signals&) = delete;
 
   private:
-    static constexpr std::array caught{SIGINT, SIGTERM, SIGHUP};
-    std::array<void (*)(int), caught.size()> before_{};
+    static constexpr std::size_t ends = 4; // then crashes
+    static constexpr std::array caught{SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGSEGV, SIGBUS, SIGABRT};
+    std::array<struct sigaction, caught.size()> before_{};
 };
+
+// Throws InputError where not all of the standard output could be written.
+void flush_results() {
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+        throw InputError("standard output: cannot write the results");
+}
 
 constexpr int bad_input = 1, wrong_usage = 2;
 
@@ -114,7 +143,15 @@ int run(int argc, char** argv) {
     try {
         app.parse(static_cast<int>(arguments.size()), arguments.data());
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : wrong_usage;
+        if (app.exit(error) != 0)
+            return wrong_usage;
+        try {
+            flush_results(); // help
+        } catch (const InputError& unwritten) {
+            spdlog::error("{}", unwritten.what());
+            return bad_input;
+        }
+        return 0;
     }
     spdlog::default_logger()->set_level(globals.quiet     ? spdlog::level::err
                                         : globals.verbose ? spdlog::level::debug
@@ -127,8 +164,7 @@ int run(int argc, char** argv) {
                                           ? "{} was there and is replaced"
                                           : "{} and {} more were there and are replaced"),
                          files.front(), files.size() - 1);
-        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-            throw InputError("standard output: cannot write the results");
+        flush_results();
         return status;
     } catch (const UsageError& error) {
         spdlog::error("{}", error.what());

@@ -11,14 +11,14 @@
 
 namespace brdfit {
 
-/// A device buffer of `bytes` (at least 1). Throws InputError when it is larger than the device
-/// allows.
+/// A device buffer of `bytes` (at least 1), of or with a copy of the host's memory where the flags
+/// say so. Throws InputError when it is larger than the device allows.
 inline cl::Buffer make_buffer(const Device& device, std::size_t bytes,
-                              cl_mem_flags flags = CL_MEM_READ_WRITE) {
+                              cl_mem_flags flags = CL_MEM_READ_WRITE, void* host = nullptr) {
     if (bytes > device.max_allocation)
         throw InputError(fmt::format("{} needs a buffer of {} MiB; its limit is {} MiB",
                                      device.name, bytes >> 20, device.max_allocation >> 20));
-    return cl::Buffer(device.context, flags, bytes == 0 ? 1 : bytes);
+    return cl::Buffer(device.context, flags, bytes == 0 ? 1 : bytes, host);
 }
 
 /// A device buffer with a copy of the host's data.

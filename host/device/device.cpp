@@ -1,5 +1,7 @@
 #include "host/device/device.hpp"
 
+#include "host/device/cache.hpp"
+#include "host/device/errors.hpp"
 #include "host/device/tuning.hpp"
 #include "host/error.hpp"
 
@@ -9,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 namespace brdfit {
 
@@ -27,9 +30,14 @@ std::string lower_case(std::string text) {
     return text;
 }
 
-// The form that the environment variable BRDFIT_FORM asks for, "V,LS,BLOCK[,CANDIDATES]": for
-// trying a device's kernels on another. Throws UsageError where these do not fit together or the
-// device.
+// What the environment variable BRDFIT_FORM says, or nullptr.
+const char* wished_form() {
+    const char* const text = std::getenv("BRDFIT_FORM");
+    return text != nullptr && *text != 0 ? text : nullptr;
+}
+
+// The form that BRDFIT_FORM asks for, "V,LS,BLOCK[,CANDIDATES]": for trying a device's kernels on
+// another. Throws UsageError where these do not fit together or the device.
 Form parse_form(const char* text, const Device& device) {
     Form form{0, 0, 0, 2};
     char rest = 0;
@@ -41,11 +49,6 @@ Form parse_form(const char* text, const Device& device) {
             "and 1024, the third a multiple of both, and a group that {} can run",
             text, device.name));
     return form;
-}
-
-Form form_of(const Device& device) {
-    const char* const text = std::getenv("BRDFIT_FORM");
-    return text != nullptr ? parse_form(text, device) : shipped_form(device);
 }
 
 Device describe(int index, const cl::Platform& platform, const cl::Device& handle) {
@@ -64,11 +67,32 @@ Device describe(int index, const cl::Platform& platform, const cl::Device& handl
     device.max_allocation =
         static_cast<std::size_t>(handle.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>());
     device.handle = handle;
-    device.form = form_of(device);
+    device.form = shipped_form(device);
     return device;
 }
 
+// Finds a platform's devices. Returns what hinders it where it has none, empty where it is unknown.
+std::string find_devices(const cl::Platform& platform, std::vector<cl::Device>& handles) {
+    std::string name, problem;
+    try {
+        name = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
+        if (!is_pocl(name) || !pocl_cache().folder.empty()) // PoCL would abort
+            platform.getDevices(CL_DEVICE_TYPE_ALL, &handles);
+    } catch (const cl::Error& error) {
+        if (error.err() != CL_DEVICE_NOT_FOUND)
+            problem = fmt::format("{}: {}", name, message_of(error));
+    }
+    if (handles.empty() && is_pocl(name))
+        if (const std::string of_cache = pocl_cache_problem(); !of_cache.empty())
+            problem = of_cache;
+    return problem;
+}
+
 Device opened(Device device) {
+    if (const char* const text = wished_form())
+        device.form = parse_form(text, device);
+    else
+        device.form = tuned_form(device).value_or(device.form);
     try {
         device.context = cl::Context(device.handle);
         device.queue = cl::CommandQueue(device.context, device.handle);
@@ -76,8 +100,6 @@ Device opened(Device device) {
         throw InputError(fmt::format("device {} ({}): {} failed with OpenCL error {}", device.index,
                                      device.name, error.what(), error.err()));
     }
-    if (std::getenv("BRDFIT_FORM") == nullptr)
-        device.form = tuned_form(device).value_or(device.form);
     return device;
 }
 
@@ -109,16 +131,18 @@ std::vector<Device> list_devices() {
     } catch (const cl::Error&) {
         return devices; // the loader knows no platform
     }
+    std::string problem; // of a platform without devices
     for (const cl::Platform& platform : platforms) {
         std::vector<cl::Device> handles;
-        try {
-            platform.getDevices(CL_DEVICE_TYPE_ALL, &handles);
-        } catch (const cl::Error&) {
-            continue; // a platform without devices
-        }
+        if (const std::string found = find_devices(platform, handles); !found.empty())
+            problem = found;
         for (const cl::Device& handle : handles)
             devices.push_back(describe(static_cast<int>(devices.size()), platform, handle));
     }
+    if (devices.empty() && !problem.empty())
+        throw InputError("no OpenCL device found: " + problem);
+    if (!problem.empty())
+        spdlog::warn("{}", problem);
     return devices;
 }
 

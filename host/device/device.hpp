@@ -41,14 +41,16 @@ struct Device {
 /// The form a device has where nothing else is asked for: one for CPUs, one for GPUs.
 Form shipped_form(const Device& device);
 
-/// Every OpenCL device, without context and queue. Empty where there is none.
+/// Every OpenCL device, without context and queue, in its shipped form. Empty where there is none.
+/// Throws InputError where there is none and why is known: a folder that PoCL cannot write to, say.
 std::vector<Device> list_devices();
 /// Index of the default in `devices`: the first GPU, otherwise the first device.
 std::size_t default_device(const std::vector<Device>& devices);
 /// The device chosen by `wish`: an index, a part of its name (any case), or empty for the default;
-/// with context, queue and, unless BRDFIT_FORM is set, the form that `brdfit tune` found for it.
-/// Throws InputError, naming the package to install, where there is no device at all, UsageError
-/// listing the devices where none or several match.
+/// with context, queue and the form that BRDFIT_FORM asks for or, where that is not set or empty,
+/// `brdfit tune` found for it. Throws InputError, naming the package to install, where there is no
+/// device at all, UsageError listing the devices where none or several match, and where BRDFIT_FORM
+/// is none for the device.
 Device open_device(const std::string& wish = "");
 /// The same, or all devices where the wish is "all".
 std::vector<Device> open_devices(const std::string& wish);

@@ -1,5 +1,6 @@
 #include "host/device/kernels.hpp"
 
+#include "host/device/cache.hpp"
 #include "host/embedded.hpp"
 #include "host/error.hpp"
 #include "host/files/file.hpp"
@@ -51,6 +52,10 @@ cl::Program build_kernels(const Device& device, const std::string& text, const s
     try {
         program.build(device.handle, "-cl-std=CL1.2 -cl-mad-enable");
     } catch (const cl::Error&) {
+        if (is_pocl(device.platform))
+            if (const std::string problem = pocl_cache_problem(); !problem.empty())
+                throw InputError(fmt::format("the kernels for {} do not build on {}: {}", what,
+                                             device.name, problem));
         throw InputError(fmt::format("the kernels for {} do not build on {}:\n{}", what,
                                      device.name,
                                      program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device.handle)));

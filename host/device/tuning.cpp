@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
+#include <mutex>
 #include <spdlog/spdlog.h>
 
 namespace brdfit {
@@ -22,7 +23,11 @@ bool power_of_2(int x) {
 
 // The entries of the file; empty where there is none. Throws InputError for anything else.
 Json read_entries(const std::string& path) {
-    if (!std::filesystem::exists(path))
+    std::error_code error;
+    const bool there = std::filesystem::exists(path, error);
+    if (error)
+        throw InputError(fmt::format("{}: cannot open: {}", path, error.message()));
+    if (!there)
         return Json::array();
     const std::string expected = "what brdfit tune writes, an object with a list 'tuning'";
     const Json json = read_json(path, expected, most_bytes);
@@ -32,6 +37,16 @@ Json read_entries(const std::string& path) {
     if (!entries.is_array())
         top.member("tuning").fail(entries, "a list");
     return entries;
+}
+
+// Says what is wrong with the file, once however many devices ask.
+void warn(const std::string& problem) {
+    static std::mutex mutex;
+    static std::string said;
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (problem != said)
+        spdlog::warn("{}; ignored", problem);
+    said = problem;
 }
 
 bool is_of(const Json& entry, const Device& device) {
@@ -92,7 +107,7 @@ std::optional<Form> tuned_form(const Device& device) {
             return form;
         }
     } catch (const InputError& error) {
-        spdlog::warn("{}; ignored", error.what());
+        warn(error.what());
     }
     return std::nullopt;
 }

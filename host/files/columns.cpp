@@ -1,10 +1,10 @@
 #include "host/files/columns.hpp"
 
 #include "host/error.hpp"
+#include "host/files/channels.hpp"
 #include "host/files/npy.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <unordered_set>
 
@@ -24,10 +24,7 @@ std::string csv_head(const std::vector<std::string>& names,
 void require_csv_names(const std::string& path, const std::vector<std::string>& names) {
     std::unordered_set<std::string> seen;
     for (const std::string& name : names) {
-        const bool outer_space =
-            !name.empty() && (std::isspace(static_cast<unsigned char>(name[0])) ||
-                              std::isspace(static_cast<unsigned char>(name.back())));
-        if (name.empty() || outer_space || name.find_first_of(",\r\n") != std::string::npos)
+        if (!is_channel_name(name))
             throw InputError(fmt::format("{}: the channel name '{}' cannot head a column of a .csv",
                                          path, name));
         if (!seen.insert(name).second)

@@ -157,7 +157,7 @@ void make_output_folder(const std::string& path) {
     std::filesystem::create_directories(path, error);
     if (error)
         throw InputError(fmt::format("{}: cannot make the folder: {}", path, error.message()));
-    if (!std::filesystem::is_directory(path))
+    if (!std::filesystem::is_directory(path, error))
         throw InputError(fmt::format("{}: is a file; expected a folder to write to", path));
     if (access(path.c_str(), W_OK | X_OK) != 0)
         throw InputError(

@@ -30,14 +30,14 @@ std::string shown_key(const std::string& key) {
     const bool plain = !key.empty() && std::all_of(key.begin(), key.end(), [](unsigned char c) {
         return std::isalnum(c) != 0 || c == '_' || c == '-';
     });
-    return shortened(plain ? key : Json(key).dump());
+    return shortened(plain ? key : dumped(Json(key)));
 }
 
 /// A value as a message shows it.
 std::string shown(const Json& value) {
     if (value.is_object())
         return "an object";
-    return value.is_array() ? "an array" : shortened(value.dump());
+    return value.is_array() ? "an array" : shortened(dumped(value));
 }
 
 /// Refuses what the parser accepts silently: a key given twice, nesting too deep for the recursions
@@ -102,11 +102,11 @@ class Guard {
 
 std::string one_line(const Json& value) {
     if (!value.is_structured())
-        return value.dump();
+        return dumped(value);
     std::string text;
     for (const auto& [key, element] : value.items())
         text += (text.empty() ? "" : ", ") +
-                (value.is_object() ? Json(key).dump() + ": " : std::string()) + one_line(element);
+                (value.is_object() ? dumped(Json(key)) + ": " : std::string()) + one_line(element);
     return value.is_object() ? "{" + text + "}" : "[" + text + "]";
 }
 
@@ -198,6 +198,19 @@ const Json* optional(const Json& object, const std::string& key) {
     return found == object.end() ? nullptr : &*found;
 }
 
+bool is_utf8(std::string_view text) {
+    try {
+        Json(std::string(text)).dump();
+        return true;
+    } catch (const Json::exception&) {
+        return false;
+    }
+}
+
+std::string dumped(const Json& value, int indent) {
+    return value.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
 std::string pretty(const Json& value, std::size_t indent) {
     std::string line = one_line(value);
     const bool flat = value.is_array() && std::none_of(value.begin(), value.end(),
@@ -208,7 +221,7 @@ std::string pretty(const Json& value, std::size_t indent) {
     std::string text;
     for (const auto& [key, element] : value.items())
         text += (text.empty() ? "\n" : ",\n") + margin +
-                (value.is_object() ? Json(key).dump() + ": " : std::string()) +
+                (value.is_object() ? dumped(Json(key)) + ": " : std::string()) +
                 pretty(element, indent + 2);
     text += "\n" + std::string(indent, ' ');
     return value.is_object() ? "{" + text + "}" : "[" + text + "]";

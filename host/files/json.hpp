@@ -27,8 +27,8 @@ struct Place {
 };
 
 /// What any JSON may be at most, whoever wrote it: copying recurses, and objects find keys one by
-/// one.
-inline constexpr std::size_t max_json_depth = 32, max_json_keys = 4096;
+/// one. A fit's record has a key for each strength of its diffuse part and lobes in each channel.
+inline constexpr std::size_t max_json_depth = 32, max_json_keys = 24576;
 
 /// Parses a text. Throws InputError for what is no JSON, for a key given twice, for nesting deeper
 /// than max_json_depth and objects of more than max_json_keys; `expected` says what the file should
@@ -63,6 +63,10 @@ Value parse_choice(const Json& value, const Place& at,
 /// The member `key`, or nullptr.
 const Json* optional(const Json& object, const std::string& key);
 
+/// Whether a text is UTF-8, as texts of JSON are.
+bool is_utf8(std::string_view text);
+/// Json::dump where texts need not be UTF-8 (names of files): bytes that are not become U+FFFD.
+std::string dumped(const Json& value, int indent = -1);
 /// JSON for people: what fits is on one line, and so is every array of plain values.
 std::string pretty(const Json& value, std::size_t indent = 0);
 

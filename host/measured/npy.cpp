@@ -1,5 +1,6 @@
 #include "host/files/npy.hpp"
 #include "host/error.hpp"
+#include "host/files/channels.hpp"
 #include "host/measured/formats.hpp"
 
 #include <array>
@@ -54,6 +55,9 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
             "a channel, weight",
             file.path(), table.rows, table.columns));
     const std::size_t channels = table.columns - angles - 1;
+    if (channels > max_channels)
+        throw InputError(fmt::format("{}: {} channels; expected at most {}", file.path(), channels,
+                                     max_channels));
     Samples samples;
     samples.format = "NumPy array";
     for (std::size_t c = 0; c < channels; ++c)

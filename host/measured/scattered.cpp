@@ -1,5 +1,7 @@
 #include "host/measured/formats.hpp"
 
+#include "host/files/channels.hpp"
+
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
@@ -73,6 +75,12 @@ Samples read_rows(text::Lines& lines, const std::vector<std::string_view>& names
             channels.push_back(i);
     if (channels.empty())
         lines.fail("no column holds values; expected one for each channel");
+    if (channels.size() > max_channels)
+        lines.fail(fmt::format("{} channels; expected at most {}", channels.size(), max_channels));
+    for (const std::size_t i : channels)
+        if (!is_channel_name(names[i]))
+            lines.fail(fmt::format("column {}: {}; expected {}", i + 1, text::quoted(names[i]),
+                                   channel_name_expected));
 
     struct Pair {
         double theta_i, phi_i, theta_o, phi_o;

@@ -1,6 +1,7 @@
 #include "host/model/material.hpp"
 
 #include "host/error.hpp"
+#include "host/files/channels.hpp"
 #include "host/files/file.hpp"
 #include "host/files/json.hpp"
 
@@ -16,7 +17,6 @@ namespace brdfit {
 
 namespace {
 
-constexpr std::size_t max_channels = 4096;
 constexpr std::size_t max_bytes = std::size_t{16} << 20;
 
 /// kd or ks: a strength for each channel. Kernels hold it as float32.
@@ -150,14 +150,9 @@ std::vector<std::string> parse_channels(const Json& material, const Place& at) {
     std::vector<std::string> channels;
     std::set<std::string> seen;
     for (std::size_t i = 0; i < values.size(); ++i) {
-        // Names head the columns of .csv files, hence the characters they may not have.
         const std::string name = values[i].is_string() ? values[i].get<std::string>() : "";
-        const bool plain = std::none_of(name.begin(), name.end(), [](unsigned char c) {
-            return c < 0x20 || c == 0x7F || c == ',' || c == '"';
-        });
-        if (name.empty() || !plain)
-            here.element(i).fail(values[i],
-                                 "a channel's name without commas, quotes or control characters");
+        if (!is_channel_name(name))
+            here.element(i).fail(values[i], channel_name_expected);
         if (!seen.insert(name).second)
             here.element(i).fail(values[i], "a name no other channel has");
         channels.push_back(name);

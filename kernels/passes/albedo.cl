@@ -2,9 +2,9 @@
 // parameters at once. After the generated text (see host/model/program.cpp) that also defines
 //     component_sample(j, wo, theta, u1, u2)    wi of component j: 0 diffuse, 1.. lobes
 //     component_densities(q, theta, p)          p[j], its density
-// A task is an integral: tasks[t] = component j, strategy + STRATEGIES power (albedo.h), first and number of
-// its samples;
-// wo[t] = direction, and in w an index of refraction or 0; thetas[t * PARAMETERS..] its parameters.
+// A task is an integral: tasks[t] = component j, strategy + STRATEGIES power (albedo.h), first and number
+// of its samples; wo[t] = direction, and in w an index of refraction or 0; thetas[t * PARAMETERS..] its
+// parameters.
 
 // iz = u1^power at a uniform azimuth. Weighed against this, a component that grows towards the
 // horizon less than iz^(1 / power - 1) vanishes there.
@@ -23,9 +23,9 @@ static inline real horizon_density(geometry q, float power)
     return (0.5f / PI / power) * exp((1.0f / power - 1.0f) * log(q.wi_z));
 }
 
-// A u1 a little below the one above which wi is above the horizon (see terms/half_vectors.cl). Searched
-// in -log(u1), in which the slopes of half vectors are smooth, by secants that keep the root between
-// them and, every third step, a half.
+// A u1 a little above the one from which wi is above the horizon (see terms/half_vectors.cl), 0 where it
+// always is. Searched in -log(u1), in which the slopes of half vectors are smooth, by secants that keep
+// the root between them and, every fourth step, a half.
 static inline real rising(int j, vector wo, PARAMETER_SPACE const float* theta, real u2)
 {
     real above = 0.0f;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <stdexcept>
 #include <thread>
 
@@ -66,7 +65,7 @@ Names Cli::out_names() const {
 }
 
 Outcome interrupted(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-                    const std::function<bool(const std::string& name)>& seen) {
+                    const std::function<bool(const std::string& name)>& seen, int signal) {
     return run_program(arguments, {}, [&](pid_t child) {
         const auto any = [&] {
             const Names names = names_in(folder);
@@ -74,7 +73,10 @@ Outcome interrupted(const std::vector<std::string>& arguments, const std::filesy
         };
         for (int i = 0; i < 30000 && !any(); ++i)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        kill(child, SIGINT);
+        kill(child, signal);
+        // LLVM, with which PoCL compiles, passes over the first fault that is no instruction's.
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        kill(child, signal);
     });
 }
 

@@ -3,6 +3,7 @@
 #include "host/model/material.hpp"
 #include "tests/support/support.hpp"
 
+#include <csignal>
 #include <functional>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -31,10 +32,10 @@ class Cli : public testing::Test {
     TemporaryFolder folder;
 };
 
-/// Runs the program and interrupts it as soon as a file stands in the folder for whose name `seen`
-/// holds.
+/// Runs the program and sends it a signal as soon as a file stands in the folder for whose name
+/// `seen` holds.
 Outcome interrupted(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-                    const std::function<bool(const std::string& name)>& seen);
+                    const std::function<bool(const std::string& name)>& seen, int signal = SIGINT);
 
 void expect_usage_error(const Outcome& outcome, const std::string& says);
 void expect_input_error(const Outcome& outcome, const std::string& says);
