@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sys/resource.h>
 
 namespace brdfit::test {
 
@@ -100,6 +101,24 @@ TEST_F(Generate, refuses_options_that_do_not_apply_before_any_work) {
     EXPECT_EQ(
         run_program({"albedo", folder / "m.json", "--isotropic", "-o", folder / "a.csv"}).status,
         2);
+}
+
+// The nodes of 40 parts are 1.3 GiB.
+TEST_F(Generate, takes_mixtures_of_many_parts_in_little_memory) {
+    json mixture = {{"distribution", "mixture"}, {"parts", json::array()}};
+    for (int i = 0; i < 40; ++i)
+        mixture["parts"].push_back({{"distribution", "gaussian"},
+                                    {"sigma", 0.1},
+                                    {"tilt", 0.01 * i},
+                                    {"turn", 0.15 * i},
+                                    {"weight", 1}});
+    write_file(folder / "many.json", mixture.dump());
+    const Outcome made =
+        run_program({"generate", folder / "many.json", "-o", table, "--points", "16"});
+    EXPECT_EQ(made.status, 0) << made.err;
+    rusage usage{}; // the largest of all children
+    getrusage(RUSAGE_CHILDREN, &usage);
+    EXPECT_LT(usage.ru_maxrss, 1 << 20) << "KiB";
 }
 
 TEST_F(Generate, from_a_file_does_not_replace_a_material_beside_the_table) {

@@ -94,6 +94,26 @@ TEST(Generator, finds_reflectances_within_1e_4) {
     }
 }
 
+// Parts that are small in the whole take fewer nodes.
+TEST(Generator, finds_reflectances_of_many_parts_within_1e_4) {
+    std::string parts;
+    for (int i = 0; i < 9; ++i)
+        parts += fmt::format(R"({}{{"distribution": "gaussian", "sigma_x": {}, "sigma_y": 0.2,
+                                   "tilt": {}, "weight": 1}})",
+                             i == 0 ? "" : ", ", 0.1 + 0.03 * i, 0.1 * (i - 3));
+    const std::string spec = R"({"distribution": "mixture", "parts": [)" + parts + "]}";
+    const MicrofacetTable table = table_of(spec, 16);
+    const MicrofacetTable finer =
+        generator().generate(distribution_of(spec), {16, false, 2}, "spec.json");
+    for (const bool correlated : {false, true})
+        for (const int f0 : {0, 1})
+            for (std::size_t k = 0; k < table.g.size(); ++k) {
+                const double r = table.reflectance(f0, correlated)[k];
+                EXPECT_NEAR(r, finer.reflectance(f0, correlated)[k], 1e-4 * std::max(1.0, r));
+                EXPECT_NEAR(table.g[k], finer.g[k], 1e-5 * table.g[k]);
+            }
+}
+
 // R of an isotropic distribution once more, in half vectors: the sum of p F c iz <h.n> / (g(wi)
 // g(wo)), both g by float64.
 TEST(Generator, finds_reflectances_of_float64) {
