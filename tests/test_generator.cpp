@@ -7,7 +7,9 @@
 #include "tests/support/support.hpp"
 
 #include <cmath>
+#include <filesystem>
 #include <fmt/format.h>
+#include <functional>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -260,8 +262,34 @@ TEST(Generator, says_what_is_wrong_with_a_distribution) {
     table_says("theta_h,p\n0,1\n0,1\n", "repeats a direction");
     table_says("theta_h,phi_h,p\n0,0,1\n1,0,1\n0,1,1\n", "each pair of them");
     table_says("theta,p\n0,1\n", "expected the header");
+    // R would be 0, and what is written unreadable.
+    table_says("theta_h,p\n0,3e38\n0.5,3e38\n1,0\n", "the integral of p(h)");
+    table_says("theta_h,p\n0,1e30\n0.5,1e30\n1,0\n", "scale p(h)");
+    table_says("theta_h,p\n0,1e-34\n0.5,1e-34\n1,0\n", "scale p(h)");
     // Its mass is below the horizon.
     table_says("theta_h,p\n0,0\n1.5,0\n1.7,1\n3,1\n", "below the horizon");
+}
+
+TEST(Generator, does_not_write_what_it_cannot_read) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "t.exr";
+    const MicrofacetTable good = table_of(R"({"distribution": "gaussian", "sigma": 0.3})", 16);
+    const std::vector<std::function<void(MicrofacetTable&)>> spoilers = {
+        [](MicrofacetTable& t) { t.mean[2] = t.mean_height = 4e38; },
+        [](MicrofacetTable& t) { t.mean_height = 0; },
+        [](MicrofacetTable& t) { t.g[3] = std::numeric_limits<float>::infinity(); },
+        [](MicrofacetTable& t) { t.r1_correlated[3] = std::nanf(""); },
+        [](MicrofacetTable& t) { t.r0[0] = -0.1F; },
+        [](MicrofacetTable& t) { t.distribution.parts[0].amplitude = 1e39; },
+        [](MicrofacetTable& t) { t.cells[0].mass[0] = std::numeric_limits<float>::infinity(); }};
+    for (const auto& spoil : spoilers) {
+        MicrofacetTable bad = good;
+        spoil(bad);
+        EXPECT_NE(complaint([&] { write_table(bad, path); }).find(path), std::string::npos);
+        EXPECT_FALSE(std::filesystem::exists(path));
+    }
+    write_table(good, path);
+    EXPECT_EQ(read_table(path)->g, good.g);
 }
 
 TEST(Generator, makes_lambertian_facets_of_isotropic_distributions_only) {

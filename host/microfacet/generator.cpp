@@ -31,6 +31,8 @@ constexpr std::size_t tile = VISIBLE_TILE;
 constexpr std::size_t most_floats_out = std::size_t{1} << 24;
 /// Nodes on the device at once, about: 32 MiB, whatever the distribution.
 constexpr std::size_t most_nodes = std::size_t{1} << 21;
+/// Of <h.n>: single precision holds products of two areas down to LEAST_AREA of it.
+constexpr double least_height = 1e-10, most_height = 1e15;
 /// Parts with less than this share of the normals do with `coarse` nodes for g within R.
 constexpr double small_share = 0.125;
 /// Nodes of g at the grid's points, of g within R, and of R (see nodes_of).
@@ -534,8 +536,12 @@ MicrofacetTable Generator::generate(const Distribution& specified, const Generat
             g[i] += factors[n] * parts[n].areas[i];
         table.cells.push_back(parts[n].cells.cells(factors[n]));
     }
-    if (!(whole > 0) || !std::isfinite(whole))
+    if (whole <= 0 || std::isnan(whole))
         throw InputError(fmt::format("{}: p(h) is 0 everywhere; expected some normals", source));
+    if (!std::isfinite(whole) || whole < least_height || whole > most_height)
+        throw InputError(fmt::format("{}: the integral of p(h) is {:.6g}; expected {} to {}, for "
+                                     "single precision: scale p(h), the BRDF stays the same",
+                                     source, whole, least_height, most_height));
     if (!(table.mean_height > 1e-6 * whole) || !(table.mean[2] > 1e-6 * whole))
         throw InputError(fmt::format("{}: <h.n> is {:.6g} of the integral of p(h) {:.6g}: the "
                                      "normals are below the horizon; expected <h.n> above 0",

@@ -28,8 +28,9 @@ class Generator {
     /// The distribution with its shares brought into the amplitudes.
     Distribution weighted(Distribution distribution) const;
     /// The tables of a distribution, its shares brought in: g within 1e-5 relative, R within 1e-4.
-    /// Throws InputError, its message beginning with `source`, where p is 0 everywhere or <h.n> is
-    /// not positive, and UsageError for Lambertian facets on an anisotropic distribution.
+    /// Throws InputError, its message beginning with `source`, where p is 0 everywhere or too
+    /// large or small for single precision, or <h.n> is not positive, and UsageError for Lambertian
+    /// facets on an anisotropic distribution.
     MicrofacetTable generate(const Distribution& distribution, const GeneratorOptions& options,
                              const std::string& source) const;
     /// g of a table's distribution at any unit directions.

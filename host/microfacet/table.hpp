@@ -95,7 +95,8 @@ inline constexpr std::size_t most_table_words = std::size_t{1} << 24;
 std::vector<float> packed_for_lobe(const MicrofacetTable& table, const TableUse& use);
 std::vector<float> packed_areas(const MicrofacetTable& table);
 
-/// Writes an OpenEXR file, whole or not at all.
+/// Writes an OpenEXR file, whole or not at all. Throws InputError where read_table would not take
+/// it: a number that is not finite in single precision, or negative.
 void write_table(const MicrofacetTable& table, const std::string& path);
 /// Reads what write_table wrote. Throws InputError naming the file and what is missing or wrong.
 std::shared_ptr<const MicrofacetTable> read_table(const std::string& path);
