@@ -36,6 +36,19 @@ TEST_F(Generate, makes_tables_that_every_command_takes) {
     EXPECT_GT(last["microfacet"], 0.9);
     EXPECT_NEAR(last["ward"].get<double>(), 0.11, 0.01);
 
+    // Of a metal R is f0 and more until f0 comes near 1: nothing is left, not a constant of 1e5.
+    for (const json& constant : report["diffuse_constant"]) {
+        const bool left = !constant["metal"] || constant["f0"] > 0.5;
+        EXPECT_EQ(constant["c"].is_number(), left) << constant;
+        if (left) {
+            EXPECT_GE(constant["c"], 0.318) << constant;
+            EXPECT_LT(constant["c"], 1e3) << constant;
+        }
+    }
+    const Outcome printed = run_program({"generate", gauss, "-o", table});
+    EXPECT_NE(printed.out.find("none (f0 0)"), std::string::npos) << printed.out;
+    EXPECT_NE(printed.out.find("nothing is left"), std::string::npos) << printed.out;
+
     write_file(folder / "m.json",
                R"({"brdfit": 1, "channels": ["Y"], "diffuse": {"model": "microfacet", "kd": [0.5]},
                    "lobes": [{"model": "microfacet", "ks": [1], "f0": 0.9, "table": "gauss.exr",

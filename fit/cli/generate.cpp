@@ -42,6 +42,12 @@ Json energy_json(const MicrofacetTable& table, double f0, bool correlated) {
     return json;
 }
 
+/// null: none.
+Json constant_json(const MicrofacetTable& table, const TableUse& use) {
+    const double c = diffuse_constant(table, use);
+    return c > 0 ? Json(c) : Json(nullptr);
+}
+
 Json report_json(const MicrofacetTable& table, double seconds) {
     Json json = {{"distribution", table.distribution.name},
                  {"points", table.grid.count()},
@@ -59,7 +65,7 @@ Json report_json(const MicrofacetTable& table, double seconds) {
     for (const bool metal : {false, true})
         for (const double f0 : reported_f0)
             json["diffuse_constant"].push_back(
-                {{"f0", f0}, {"metal", metal}, {"c", diffuse_constant(table, {f0, false, metal})}});
+                {{"f0", f0}, {"metal", metal}, {"c", constant_json(table, {f0, false, metal})}});
     return json;
 }
 
@@ -90,13 +96,20 @@ void print_report(const MicrofacetTable& table, const std::string& out, double s
             if (report.where.size() > shown)
                 fmt::print("    and {} more (--json lists them)\n", report.where.size() - shown);
         }
-    fmt::print("  diffuse constant c  ");
-    for (const double f0 : reported_f0)
-        fmt::print(" {:.5f} (f0 {})", diffuse_constant(table, {f0, false, false}), f0);
-    fmt::print("\n    of a metal        ");
-    for (const double f0 : reported_f0)
-        fmt::print(" {:.5f} (f0 {})", diffuse_constant(table, {f0, false, true}), f0);
-    fmt::print("\n");
+    bool none = false;
+    for (const bool metal : {false, true}) {
+        fmt::print("{}", metal ? "    of a metal        " : "  diffuse constant c  ");
+        for (const double f0 : reported_f0) {
+            const double c = diffuse_constant(table, {f0, false, metal});
+            none |= c == 0;
+            fmt::print(" {} (f0 {})", c > 0 ? fmt::format("{:.5f}", c) : "none", f0);
+        }
+        fmt::print("\n");
+    }
+    if (none)
+        fmt::print(
+            "    none: R takes all that is reflected (of a metal f0, otherwise 1), nothing is "
+            "left to be diffuse\n");
 }
 
 /// Albedos of the generated BRDF at f0 = 1 and of Ward's model of the same widths, Fig. 6 of the

@@ -568,7 +568,7 @@ std::vector<double> Generator::visible_areas(const Distribution& distribution,
 }
 
 EnergyReport energy_report(const MicrofacetTable& table, double f0, bool correlated) {
-    constexpr double error = 1e-4;
+    constexpr double error = reflectance_error;
     EnergyReport report;
     const Grid& grid = table.grid;
     const auto thetas = static_cast<std::size_t>(

@@ -61,6 +61,9 @@ struct MicrofacetTable {
     }
 };
 
+/// What R may be off by at the nodes.
+inline constexpr double reflectance_error = 1e-4;
+
 /// A plane's value at a direction of row and column, cubic between the nodes as the kernels have
 /// it.
 double interpolate(const Grid& grid, const std::vector<float>& plane, double row, double column);
@@ -83,7 +86,8 @@ struct TableUse {
 };
 
 /// c of Eq. 28: 1 / c is the integral of (1 - R(k)) (k.n), for a metal of max(0, f0 - R(k)) (k.n),
-/// over the hemisphere with R as the kernels interpolate it; 0 where that integral is 0.
+/// over the hemisphere with R as the kernels interpolate it; 0, no diffuse term, where R leaves no
+/// more than its error of it.
 double diffuse_constant(const MicrofacetTable& table, const TableUse& use);
 
 /// Offsets among the words are float32 themselves, which holds integers up to here exactly.
