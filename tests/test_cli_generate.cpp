@@ -45,7 +45,10 @@ TEST_F(Generate, makes_tables_that_every_command_takes) {
             EXPECT_LT(constant["c"], 1e3) << constant;
         }
     }
-    const Outcome printed = run_program({"generate", gauss, "-o", table});
+    const Outcome printed =
+        run_program({"generate", gauss, "-o", table, "--preview", folder / "g.png"});
+    EXPECT_EQ(read_file(folder / "g.png").substr(1, 3), "PNG");
+    EXPECT_NE(printed.err.find("R1_correlated (white "), std::string::npos) << printed.err;
     EXPECT_NE(printed.out.find("none (f0 0)"), std::string::npos) << printed.out;
     EXPECT_NE(printed.out.find("nothing is left"), std::string::npos) << printed.out;
 

@@ -2,6 +2,7 @@
 #include "host/error.hpp"
 #include "host/image/image.hpp"
 #include "host/image/plot.hpp"
+#include "host/image/preview.hpp"
 #include "tests/support/support.hpp"
 
 #include <cmath>
@@ -170,6 +171,25 @@ TEST(Png, values_are_linear_light) {
         EXPECT_NEAR(image.planes[i % 3][i / 3], colour[i] / 65535.0, 1.5 / 65535);
 }
 
+TEST(Png, is_read_as_it_was_written) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.png";
+    Image image{2, 2, {"R", "G", "B"}, {}, {}};
+    image.planes = {{0, 0.25F, 0.5F, 1}, {1, 2, -1, 0.1F}, {std::nanf(""), 0.01F, 0.02F, 0.9F}};
+    write_png(image, path);
+    const Image back = read_png(path);
+    ASSERT_EQ(back.channels, image.channels);
+    for (std::size_t ch = 0; ch < 3; ++ch)
+        for (std::size_t i = 0; i < 4; ++i) {
+            const float value = image.planes[ch][i];
+            const float expected = value > 0 ? std::min(value, 1.0F) : 0.0F;
+            EXPECT_NEAR(back.planes[ch][i], expected, 0.005) << ch << i;
+        }
+    image.planes.pop_back();
+    EXPECT_THROW(write_png(image, path), UsageError);
+    EXPECT_THROW(write_png(back, folder / "missing/a.png"), InputError);
+}
+
 TEST(Png, broken_files_are_errors) {
     const TemporaryFolder folder;
     const std::string path = folder / "a.png";
@@ -191,6 +211,23 @@ TEST(Png, broken_files_are_errors) {
     EXPECT_TRUE(refused(path, read_png));
     test::write_file(path, "neither");
     EXPECT_TRUE(refused(path, read_image));
+}
+
+// A column of very many values stays a picture.
+TEST(Preview, is_of_a_size_to_look_at) {
+    const TemporaryFolder folder;
+    std::vector<float> ramp(100000);
+    for (std::size_t i = 0; i < ramp.size(); ++i)
+        ramp[i] = static_cast<float>(i);
+    const std::string seen = write_preview(
+        {{"ramp", 1, ramp.size(), ramp}, {"zero", 2, 2, {0, -1, 0, 0}}}, folder / "p.png");
+    EXPECT_EQ(seen, "from left to right ramp (white 1e+05), zero (white 0)");
+    const Image picture = read_png(folder / "p.png");
+    EXPECT_EQ(picture.width, 256U + 8 + 256);
+    EXPECT_EQ(picture.height, 2048U);
+    EXPECT_NEAR(picture.planes[0][1024 * picture.width], 0.5, 0.01);
+    EXPECT_EQ(picture.planes[0][picture.width - 1], 0);
+    EXPECT_THROW(write_preview({{"zero", 1, 1, {0}}}, folder / "p.jpg"), UsageError);
 }
 
 namespace {

@@ -437,6 +437,48 @@ TEST(TableFile, of_unorm16_refuses_what_it_cannot_hold) {
         << whole.err;
 }
 
+// What .exr viewers show black.
+TEST(TableCommand, writes_a_preview) {
+    const TemporaryFolder folder;
+    const auto made = run_program({"table", "filament", "--size", "8", "--tolerance", "1e-3", "-o",
+                                   folder / "t.csv", "--preview", folder / "t.png"});
+    ASSERT_EQ(made.status, 0) << made.err;
+    EXPECT_NE(made.err.find("R (white "), std::string::npos) << made.err;
+    const Image picture = read_png(folder / "t.png");
+    EXPECT_EQ(picture.width, 2U * 256 + 8);
+    EXPECT_EQ(picture.height, 256U);
+    const Table table = compute_table(device(), preset("filament", 8, 1e-3));
+    for (const std::size_t v : {0U, 1U}) {
+        const std::vector<double>& values = table.values[v];
+        const double most = *std::max_element(values.begin(), values.end());
+        for (std::size_t e = 0; e < 64; ++e)
+            EXPECT_NEAR(
+                picture.planes[0][(e / 8 * 32 + 16) * picture.width + v * 264 + e % 8 * 32 + 16],
+                values[e] / most, 0.01)
+                << e;
+    }
+}
+
+// Before any work: no device of that name is looked for.
+TEST(TableCommand, looks_at_endings_first) {
+    const TemporaryFolder folder;
+    test::write_file(folder / "s.json", R"({"distribution": "gaussian", "sigma": 0.3})");
+    const std::string spec = folder / "s.json", bad = folder / "x.txt";
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"table", "cycles", "-o", bad},
+          {"table", "cycles", "-o", folder / "x.h", "--preview", bad},
+          {"generate", spec, "-o", bad},
+          {"generate", spec, "-o", folder / "x.exr", "--preview", bad},
+          {"generate", "--from", folder / "none.csv", "-o", bad},
+          {"albedo", folder / "none.json", "-o", bad}}) {
+        std::vector<std::string> arguments = command;
+        arguments.insert(arguments.end(), {"--device", "no such device"});
+        const auto run = run_program(arguments);
+        EXPECT_EQ(run.status, 2) << command[0];
+        EXPECT_NE(run.err.find("x.txt: unknown ending"), std::string::npos) << run.err;
+    }
+}
+
 TEST(TableFile, is_not_written_where_a_value_is_not_finite) {
     const TemporaryFolder folder;
     Table table = compute_table(device(), preset("kulla-conty", 4, 1e-3));

@@ -2,6 +2,7 @@
 #include "host/cli/command.hpp"
 #include "host/error.hpp"
 #include "host/evaluate/sample.hpp"
+#include "host/image/preview.hpp"
 #include "host/microfacet/generator.hpp"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <memory>
+#include <spdlog/spdlog.h>
 
 namespace brdfit::cli {
 
@@ -18,7 +20,7 @@ namespace {
 constexpr double degrees = 180 / pi;
 
 struct Options {
-    std::string spec, out;
+    std::string spec, out, preview;
     RecoverRequest recover;
     GeneratorOptions generator;
     std::string only_from; ///< an option given that --from alone takes
@@ -163,6 +165,8 @@ int generate(const Options& options, const Globals& globals) {
         throw UsageError(fmt::format("--points {}: expected {} to {}", options.generator.points,
                                      least_points, most_points));
     require_table_ending(options.out);
+    if (!options.preview.empty())
+        require_preview_ending(options.preview);
     if (options.recover.file.empty()) {
         if (!options.only_from.empty())
             throw UsageError(fmt::format("{}: for --from only", options.only_from));
@@ -172,9 +176,16 @@ int generate(const Options& options, const Globals& globals) {
         throw UsageError("--ward: for a SPEC only");
     const Device device = open_device(globals.device);
     const Generator generator(device);
-    if (!options.recover.file.empty())
-        return recover_from(options.recover, options.generator, generator, device, options.out,
-                            options.json, globals);
+    const auto preview = [&](const MicrofacetTable& table) {
+        if (!options.preview.empty())
+            spdlog::info("{}: {}", options.preview, write_table_preview(table, options.preview));
+    };
+    if (!options.recover.file.empty()) {
+        const int status = recover_from(options.recover, options.generator, generator, device,
+                                        options.out, options.json, globals);
+        preview(*read_table(options.out));
+        return status;
+    }
     const auto begin = std::chrono::steady_clock::now();
     const Distribution distribution = read_distribution(options.spec);
     const MicrofacetTable table = generator.generate(distribution, options.generator, options.spec);
@@ -184,6 +195,7 @@ int generate(const Options& options, const Globals& globals) {
     if (options.ward)
         compared = beside_ward(table, device);
     write_table(table, options.out);
+    preview(table);
     if (options.json) {
         Json json = report_json(table, seconds);
         for (const auto& row : compared)
@@ -211,6 +223,9 @@ void add_generate(CLI::App& app, const Globals& globals, Action& action) {
                         "measured reflectance to recover the distribution from");
     command->add_option("-o,--output", options->out, "table (.exr) for lobes of model microfacet")
         ->required();
+    command->add_option("--preview", options->preview,
+                        "also a picture (.png) of g and the reflectances, rows from the horizon up "
+                        "to the normal from top to bottom");
     command->add_option("--points", options->generator.points, "points of the grid, about")
         ->capture_default_str();
     command->add_flag("--lambertian", options->generator.facets,

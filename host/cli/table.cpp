@@ -1,6 +1,7 @@
 #include "host/table/table.hpp"
 #include "host/cli/command.hpp"
 #include "host/error.hpp"
+#include "host/image/preview.hpp"
 
 #include <chrono>
 #include <filesystem>
@@ -13,7 +14,7 @@ namespace brdfit::cli {
 namespace {
 
 struct Options {
-    std::string what, model, out, encoding;
+    std::string what, model, out, encoding, preview;
     std::vector<std::string> fixes;
     std::size_t size = 0;
     double tolerance = 0;
@@ -77,6 +78,8 @@ int table(const Options& options, const Globals& globals) {
     if (options.what.empty() || options.out.empty())
         throw UsageError("expected PRESET|SPEC.json and -o OUT, or --list");
     require_table_ending(options.out);
+    if (!options.preview.empty())
+        require_preview_ending(options.preview);
     TableSpec spec = spec_of(options);
     if (!options.model.empty())
         set_model(spec, model_named(options.model));
@@ -106,6 +109,8 @@ int table(const Options& options, const Globals& globals) {
     if (const std::size_t clamped = write_table(computed, options.out, options.clamp); clamped > 0)
         spdlog::warn("{}: {} of {} values were outside of 0 to 1 and are clamped", options.out,
                      clamped, spec.entries() * spec.values());
+    if (!options.preview.empty())
+        spdlog::info("{}: {}", options.preview, write_table_preview(computed, options.preview));
     spdlog::info("{}: {} entries in {:.2f} s, largest error estimated {:.2g}", options.out,
                  spec.entries(), seconds, computed.error);
     return 0;
@@ -136,6 +141,8 @@ void add_table(CLI::App& app, const Globals& globals, Action& action) {
                       "of unorm16: cut off values outside of 0 to 1 in place of refusing them");
     command->add_option("-o,--output", options->out,
                         ".exr, .h, .hpp, .inc (C source), .npy or .csv");
+    command->add_option("--preview", options->preview,
+                        "also a picture (.png) of the values, laid out as in .exr");
     command->footer("Axes of a specification: " + std::string(axis_names) +
                     ".\nExamples:\n  brdfit table cycles -o ggx_E.h\n"
                     "  brdfit table filament -m kurt --fix alpha=0 -o dfg.exr");

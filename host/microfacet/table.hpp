@@ -102,6 +102,9 @@ std::vector<float> packed_areas(const MicrofacetTable& table);
 /// Writes an OpenEXR file, whole or not at all. Throws InputError where read_table would not take
 /// it: a number that is not finite in single precision, or negative.
 void write_table(const MicrofacetTable& table, const std::string& path);
+/// Writes a picture of g and the reflectances over the grid (see write_preview). Returns what is
+/// seen.
+std::string write_table_preview(const MicrofacetTable& table, const std::string& path);
 /// Reads what write_table wrote. Throws InputError naming the file and what is missing or wrong.
 std::shared_ptr<const MicrofacetTable> read_table(const std::string& path);
 

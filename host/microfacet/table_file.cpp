@@ -1,5 +1,6 @@
 #include "host/error.hpp"
 #include "host/image/image.hpp"
+#include "host/image/preview.hpp"
 #include "host/microfacet/table.hpp"
 #include "host/version.hpp"
 
@@ -358,6 +359,16 @@ void write_table(const MicrofacetTable& table, const std::string& path) {
             "integral of (wi.h)+ (wo.h)+ p(h) dw: columns azimuth from 0 to pi, rows elevation of "
             "wi, then of wo, spaced as in tables"));
     write_exr_parts(images, path, ExrPixel::Float);
+}
+
+std::string write_table_preview(const MicrofacetTable& table, const std::string& path) {
+    std::vector<PreviewPanel> panels;
+    for (const auto& [name, plane] :
+         {std::pair("g", &table.g), std::pair("R0", &table.r0), std::pair("R1", &table.r1),
+          std::pair("R0_correlated", &table.r0_correlated),
+          std::pair("R1_correlated", &table.r1_correlated)})
+        panels.push_back({name, table.grid.columns, table.grid.rows, *plane});
+    return write_preview(panels, path);
 }
 
 std::shared_ptr<const MicrofacetTable> read_table(const std::string& path) {

@@ -4,6 +4,7 @@
 #include "host/files/file.hpp"
 #include "host/files/npy.hpp"
 #include "host/image/image.hpp"
+#include "host/image/preview.hpp"
 
 #include <Imath/half.h>
 #include <algorithm>
@@ -250,6 +251,19 @@ void write_text(const std::string& path, const std::string& text) {
 }
 
 } // namespace
+
+std::string write_table_preview(const Table& table, const std::string& path) {
+    std::vector<PreviewPanel> panels;
+    for (std::size_t v = 0; v < table.spec.values(); ++v) {
+        const std::vector<double>& values = table.values[v];
+        const std::size_t width = columns_of(table.spec);
+        panels.push_back({table.spec.channels[v],
+                          width,
+                          table.spec.entries() / width,
+                          {values.begin(), values.end()}});
+    }
+    return write_preview(panels, path);
+}
 
 void require_table_ending(const std::string& path) {
     ending_of(path);

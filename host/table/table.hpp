@@ -146,6 +146,8 @@ std::vector<std::pair<std::string, std::string>> provenance(const Table& table);
 /// where unorm16 does not hold one by more than its error and `clamp` is false. Returns how many
 /// such values it clamped.
 std::size_t write_table(const Table& table, const std::string& path, bool clamp = false);
+/// Writes a picture of the values, laid out as in .exr (see write_preview). Returns what is seen.
+std::string write_table_preview(const Table& table, const std::string& path);
 /// Throws UsageError unless the ending is one of these.
 void require_table_ending(const std::string& path);
 
