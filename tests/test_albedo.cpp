@@ -340,7 +340,20 @@ TEST(AlbedoCommand, writes_csv_exr_and_plots) {
     const auto svg = run_program({"albedo", folder / "paint.json", folder / "paint.json", "--theta",
                                   "10", "--json", "-o", folder / "a.svg"});
     ASSERT_EQ(svg.status, 0) << svg.err;
-    EXPECT_EQ(test::read_file(folder / "a.svg").rfind("<svg", 0), 0U);
+    const std::string several = test::read_file(folder / "a.svg");
+    EXPECT_EQ(several.rfind("<svg", 0), 0U);
+    EXPECT_NE(several.find("mean over channels)</text>"), std::string::npos);
+    EXPECT_NE(several.find(">directional albedo (reflected / received)<"), std::string::npos);
+    EXPECT_NE(several.find(">paint (2)"), std::string::npos);
+    // Of one input the channels.
+    ASSERT_EQ(
+        run_program({"albedo", folder / "paint.json", "--theta", "10", "-o", folder / "one.svg"})
+            .status,
+        0);
+    const std::string one = test::read_file(folder / "one.svg");
+    EXPECT_NE(one.find(">paint, channel R"), std::string::npos);
+    EXPECT_NE(one.find(">paint, channel G"), std::string::npos);
+    EXPECT_EQ(one.find("mean over channels"), std::string::npos);
     const auto json = nlohmann::json::parse(svg.out);
     ASSERT_EQ(json.size(), 2U);
     EXPECT_EQ(json[0]["channels"][1]["above_one"], true);

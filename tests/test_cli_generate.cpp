@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sys/resource.h>
 
 namespace brdfit::test {
 
@@ -34,6 +35,22 @@ TEST_F(Generate, makes_tables_that_every_command_takes) {
     EXPECT_EQ(last["theta"], 89);
     EXPECT_GT(last["microfacet"], 0.9);
     EXPECT_NEAR(last["ward"].get<double>(), 0.11, 0.01);
+
+    // Of a metal R is f0 and more until f0 comes near 1: nothing is left, not a constant of 1e5.
+    for (const json& constant : report["diffuse_constant"]) {
+        const bool left = !constant["metal"] || constant["f0"] > 0.5;
+        EXPECT_EQ(constant["c"].is_number(), left) << constant;
+        if (left) {
+            EXPECT_GE(constant["c"], 0.318) << constant;
+            EXPECT_LT(constant["c"], 1e3) << constant;
+        }
+    }
+    const Outcome printed =
+        run_program({"generate", gauss, "-o", table, "--preview", folder / "g.png"});
+    EXPECT_EQ(read_file(folder / "g.png").substr(1, 3), "PNG");
+    EXPECT_NE(printed.err.find("R1_correlated (white "), std::string::npos) << printed.err;
+    EXPECT_NE(printed.out.find("none (f0 0)"), std::string::npos) << printed.out;
+    EXPECT_NE(printed.out.find("nothing is left"), std::string::npos) << printed.out;
 
     write_file(folder / "m.json",
                R"({"brdfit": 1, "channels": ["Y"], "diffuse": {"model": "microfacet", "kd": [0.5]},
@@ -100,6 +117,24 @@ TEST_F(Generate, refuses_options_that_do_not_apply_before_any_work) {
     EXPECT_EQ(
         run_program({"albedo", folder / "m.json", "--isotropic", "-o", folder / "a.csv"}).status,
         2);
+}
+
+// The nodes of 40 parts are 1.3 GiB.
+TEST_F(Generate, takes_mixtures_of_many_parts_in_little_memory) {
+    json mixture = {{"distribution", "mixture"}, {"parts", json::array()}};
+    for (int i = 0; i < 40; ++i)
+        mixture["parts"].push_back({{"distribution", "gaussian"},
+                                    {"sigma", 0.1},
+                                    {"tilt", 0.01 * i},
+                                    {"turn", 0.15 * i},
+                                    {"weight", 1}});
+    write_file(folder / "many.json", mixture.dump());
+    const Outcome made =
+        run_program({"generate", folder / "many.json", "-o", table, "--points", "16"});
+    EXPECT_EQ(made.status, 0) << made.err;
+    rusage usage{}; // the largest of all children
+    getrusage(RUSAGE_CHILDREN, &usage);
+    EXPECT_LT(usage.ru_maxrss, 1 << 20) << "KiB";
 }
 
 TEST_F(Generate, from_a_file_does_not_replace_a_material_beside_the_table) {

@@ -7,7 +7,9 @@
 #include "tests/support/support.hpp"
 
 #include <cmath>
+#include <filesystem>
 #include <fmt/format.h>
+#include <functional>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -92,6 +94,26 @@ TEST(Generator, finds_reflectances_within_1e_4) {
                     EXPECT_LE(r, mean_is_normal(table) ? 1 + 1e-4 : 4);
                 }
     }
+}
+
+// Parts that are small in the whole take fewer nodes.
+TEST(Generator, finds_reflectances_of_many_parts_within_1e_4) {
+    std::string parts;
+    for (int i = 0; i < 9; ++i)
+        parts += fmt::format(R"({}{{"distribution": "gaussian", "sigma_x": {}, "sigma_y": 0.2,
+                                   "tilt": {}, "weight": 1}})",
+                             i == 0 ? "" : ", ", 0.1 + 0.03 * i, 0.1 * (i - 3));
+    const std::string spec = R"({"distribution": "mixture", "parts": [)" + parts + "]}";
+    const MicrofacetTable table = table_of(spec, 16);
+    const MicrofacetTable finer =
+        generator().generate(distribution_of(spec), {16, false, 2}, "spec.json");
+    for (const bool correlated : {false, true})
+        for (const int f0 : {0, 1})
+            for (std::size_t k = 0; k < table.g.size(); ++k) {
+                const double r = table.reflectance(f0, correlated)[k];
+                EXPECT_NEAR(r, finer.reflectance(f0, correlated)[k], 1e-4 * std::max(1.0, r));
+                EXPECT_NEAR(table.g[k], finer.g[k], 1e-5 * table.g[k]);
+            }
 }
 
 // R of an isotropic distribution once more, in half vectors: the sum of p F c iz <h.n> / (g(wi)
@@ -240,8 +262,34 @@ TEST(Generator, says_what_is_wrong_with_a_distribution) {
     table_says("theta_h,p\n0,1\n0,1\n", "repeats a direction");
     table_says("theta_h,phi_h,p\n0,0,1\n1,0,1\n0,1,1\n", "each pair of them");
     table_says("theta,p\n0,1\n", "expected the header");
+    // R would be 0, and what is written unreadable.
+    table_says("theta_h,p\n0,3e38\n0.5,3e38\n1,0\n", "the integral of p(h)");
+    table_says("theta_h,p\n0,1e30\n0.5,1e30\n1,0\n", "scale p(h)");
+    table_says("theta_h,p\n0,1e-34\n0.5,1e-34\n1,0\n", "scale p(h)");
     // Its mass is below the horizon.
     table_says("theta_h,p\n0,0\n1.5,0\n1.7,1\n3,1\n", "below the horizon");
+}
+
+TEST(Generator, does_not_write_what_it_cannot_read) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "t.exr";
+    const MicrofacetTable good = table_of(R"({"distribution": "gaussian", "sigma": 0.3})", 16);
+    const std::vector<std::function<void(MicrofacetTable&)>> spoilers = {
+        [](MicrofacetTable& t) { t.mean[2] = t.mean_height = 4e38; },
+        [](MicrofacetTable& t) { t.mean_height = 0; },
+        [](MicrofacetTable& t) { t.g[3] = std::numeric_limits<float>::infinity(); },
+        [](MicrofacetTable& t) { t.r1_correlated[3] = std::nanf(""); },
+        [](MicrofacetTable& t) { t.r0[0] = -0.1F; },
+        [](MicrofacetTable& t) { t.distribution.parts[0].amplitude = 1e39; },
+        [](MicrofacetTable& t) { t.cells[0].mass[0] = std::numeric_limits<float>::infinity(); }};
+    for (const auto& spoil : spoilers) {
+        MicrofacetTable bad = good;
+        spoil(bad);
+        EXPECT_NE(complaint([&] { write_table(bad, path); }).find(path), std::string::npos);
+        EXPECT_FALSE(std::filesystem::exists(path));
+    }
+    write_table(good, path);
+    EXPECT_EQ(read_table(path)->g, good.g);
 }
 
 TEST(Generator, makes_lambertian_facets_of_isotropic_distributions_only) {

@@ -1,6 +1,8 @@
 // OpenEXR and PNG images: what is written is read, and broken files are errors that name them.
 #include "host/error.hpp"
 #include "host/image/image.hpp"
+#include "host/image/plot.hpp"
+#include "host/image/preview.hpp"
 #include "tests/support/support.hpp"
 
 #include <ImfChannelList.h>
@@ -280,6 +282,25 @@ TEST(Png, values_are_linear_light) {
         EXPECT_NEAR(image.planes[i % 3][i / 3], colour[i] / 65535.0, 1.5 / 65535);
 }
 
+TEST(Png, is_read_as_it_was_written) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.png";
+    Image image{2, 2, {"R", "G", "B"}, {}, {}};
+    image.planes = {{0, 0.25F, 0.5F, 1}, {1, 2, -1, 0.1F}, {std::nanf(""), 0.01F, 0.02F, 0.9F}};
+    write_png(image, path);
+    const Image back = read_png(path);
+    ASSERT_EQ(back.channels, image.channels);
+    for (std::size_t ch = 0; ch < 3; ++ch)
+        for (std::size_t i = 0; i < 4; ++i) {
+            const float value = image.planes[ch][i];
+            const float expected = value > 0 ? std::min(value, 1.0F) : 0.0F;
+            EXPECT_NEAR(back.planes[ch][i], expected, 0.005) << ch << i;
+        }
+    image.planes.pop_back();
+    EXPECT_THROW(write_png(image, path), UsageError);
+    EXPECT_THROW(write_png(back, folder / "missing/a.png"), InputError);
+}
+
 TEST(Png, broken_files_are_errors) {
     const TemporaryFolder folder;
     const std::string path = folder / "a.png";
@@ -301,4 +322,98 @@ TEST(Png, broken_files_are_errors) {
     EXPECT_TRUE(refused(path, read_png));
     test::write_file(path, "neither");
     EXPECT_TRUE(refused(path, read_image));
+}
+
+// A column of very many values stays a picture.
+TEST(Preview, is_of_a_size_to_look_at) {
+    const TemporaryFolder folder;
+    std::vector<float> ramp(100000);
+    for (std::size_t i = 0; i < ramp.size(); ++i)
+        ramp[i] = static_cast<float>(i);
+    const std::string seen = write_preview(
+        {{"ramp", 1, ramp.size(), ramp}, {"zero", 2, 2, {0, -1, 0, 0}}}, folder / "p.png");
+    EXPECT_EQ(seen, "from left to right ramp (white 1e+05), zero (white 0)");
+    const Image picture = read_png(folder / "p.png");
+    EXPECT_EQ(picture.width, 256U + 8 + 256);
+    EXPECT_EQ(picture.height, 2048U);
+    EXPECT_NEAR(picture.planes[0][1024 * picture.width], 0.5, 0.01);
+    EXPECT_EQ(picture.planes[0][picture.width - 1], 0);
+    EXPECT_THROW(write_preview({{"zero", 1, 1, {0}}}, folder / "p.jpg"), UsageError);
+}
+
+namespace {
+
+Curve curve_of(const std::string& name, double level) {
+    Curve curve{name, {}, {}};
+    for (int k = 0; k <= 90; ++k) {
+        curve.x.push_back(k);
+        curve.y.push_back(level);
+    }
+    return curve;
+}
+
+std::string plotted(const std::vector<Curve>& curves, double top = 0) {
+    const TemporaryFolder folder;
+    write_plot(curves, {"Albedos", "directional albedo", "a -- b", top}, folder / "p.svg");
+    return test::read_file(folder / "p.svg");
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+        ++found;
+    return found;
+}
+
+/// The y of the tick with that text.
+double tick(const std::string& svg, const std::string& text) {
+    const std::size_t label = svg.find("end\">" + text + "</text>");
+    if (label == std::string::npos)
+        return std::nan("");
+    const std::size_t path = svg.rfind("<path d=\"M", label);
+    return std::stod(svg.substr(svg.find(' ', path + 8)));
+}
+
+} // namespace
+
+TEST(Plot, has_titles_and_round_ticks) {
+    const std::string svg = plotted({curve_of("a", 0.83)});
+    EXPECT_EQ(count(svg, ">angle from the normal (degrees)<"), 1U);
+    EXPECT_EQ(count(svg, ">directional albedo<"), 1U);
+    EXPECT_EQ(count(svg, "--"), 2U); // those of the comment's ends
+    for (const char* text : {"0", "0.2", "0.4", "0.6", "0.8", "1"})
+        EXPECT_TRUE(std::isfinite(tick(svg, text))) << text;
+    EXPECT_EQ(count(svg, "class=\"cut\""), 0U);
+    // A large number and a small one.
+    EXPECT_TRUE(std::isfinite(tick(plotted({curve_of("a", 730)}), "600")));
+    EXPECT_TRUE(std::isfinite(tick(plotted({curve_of("a", 0.0021)}), "0.002")));
+}
+
+TEST(Plot, is_not_flattened_by_a_spike) {
+    Curve spiked = curve_of("spiked", 0.5);
+    spiked.y[90] = 40;
+    spiked.y[89] = 30;
+    Curve endless = curve_of("endless", 0.25);
+    endless.y[90] = std::numeric_limits<double>::infinity();
+    const std::string svg = plotted({curve_of("flat", 0.5), spiked, endless});
+    // 0.5 is more than half of the picture up.
+    EXPECT_GT(tick(svg, "0") - tick(svg, "0.4"), 0.4 * 240);
+    EXPECT_EQ(count(svg, "class=\"cut\""), 2U);
+    EXPECT_NE(svg.find(">spiked, up to 40<"), std::string::npos);
+    EXPECT_NE(svg.find(">endless, up to infinity<"), std::string::npos);
+    EXPECT_NE(svg.find(">flat<"), std::string::npos);
+    // As large as is asked for.
+    EXPECT_EQ(count(plotted({spiked}, 50), "class=\"cut\""), 0U);
+    EXPECT_EQ(count(plotted({spiked}, 0.4), "class=\"cut\""), 1U);
+}
+
+TEST(Plot, tells_paths_apart) {
+    EXPECT_EQ(distinct_names({"x/a.json", "x/b.binary"}), (std::vector<std::string>{"a", "b"}));
+    EXPECT_EQ(distinct_names({"a.json", "a.binary", "b.csv"}),
+              (std::vector<std::string>{"a.json", "a.binary", "b"}));
+    EXPECT_EQ(distinct_names({"/r/x/a.json", "/r/y/a.json", "a.json"}),
+              (std::vector<std::string>{"x/a.json", "y/a.json", "a.json"}));
+    EXPECT_EQ(distinct_names({"p/x/a.json", "q/x/a.json"}),
+              (std::vector<std::string>{"p/x/a.json", "q/x/a.json"}));
+    EXPECT_EQ(distinct_names({"a.json", "a.json"}), (std::vector<std::string>{"a", "a (2)"}));
 }

@@ -1,5 +1,6 @@
 // Albedo tables: entries against float64 quadrature in each renderer's layout, formats,
 // specifications.
+#include "host/albedo/integrator.hpp"
 #include "host/error.hpp"
 #include "host/image/image.hpp"
 #include "host/parallel.hpp"
@@ -227,6 +228,56 @@ TEST(TableSpecification, is_affine_in_f0) {
     }
 }
 
+// Kurt's own alpha beside the roughness m.
+TEST(TableSpecification, has_axes_of_the_models_own_parameters) {
+    const TableSpec spec = parse_table_spec(
+        R"({"model": "kurt", "axes": [
+             {"axis": "parameter:alpha", "size": 3, "range": [0, 0.8]},
+             {"axis": "cos_theta", "size": 2, "nodes": "centres"},
+             {"axis": "roughness", "size": 2, "nodes": "centres"},
+             {"axis": "f0", "size": 2}]})",
+        "spec");
+    const Table table = compute_table(device(), spec);
+    ASSERT_EQ(table.values[0].size(), 24U);
+    AlbedoIntegrator integrator(device(), {&model_named("lambert"), {spec.model}, false}, 1);
+    std::vector<AlbedoTask> tasks;
+    for (const double m : {0.25, 0.75})
+        for (const double mu : {0.25, 0.75})
+            for (const double alpha : {0.0, 0.4, 0.8})
+                tasks.push_back(
+                    {{std::sqrt(1 - mu * mu), 0, mu}, {1, m, m, alpha}, spec.tolerance, 0});
+    const std::vector<AlbedoValue> expected = integrator.integrate(tasks);
+    for (std::size_t e = 0; e < 12; ++e) {
+        EXPECT_NEAR(table.values[0][e], expected[e].weighted, 2e-4) << e;
+        EXPECT_NEAR(table.values[0][12 + e], expected[e].all, 2e-4) << e;
+    }
+    const Vector wo{std::sqrt(1 - 0.0625), 0, 0.25};
+    EXPECT_NEAR(table.values[0][12 + 1],
+                test::reference_albedo("kurt", true, {1, 0.25, 0.4}, wo, 0.25), 1e-4);
+    EXPECT_EQ(spec.axes[0].name(), "parameter:alpha");
+
+    TableSpec other = spec;
+    EXPECT_THROW(set_model(other, model_named("ggx")), UsageError);
+    EXPECT_THROW(set_parameter(other, "alpha", 0.5), UsageError);
+    const auto says = [](const std::string& axis, const std::string& rest,
+                         const std::string& text) {
+        const std::string message = test::complaint([&] {
+            parse_table_spec(R"({"axes": [{"axis": "roughness", "size": 4}, )" + axis + "]" + rest +
+                                 "}",
+                             "spec");
+        });
+        EXPECT_NE(message.find(text), std::string::npos) << axis << ": " << message;
+    };
+    const std::string model = R"(, "model": "kurt")";
+    says(R"({"axis": "parameter:alpha", "size": 3, "range": [0, 2.5]})", model, "range[1]: is 2.5");
+    says(R"({"axis": "parameter:beta", "size": 3})", model, "parameter:alpha");
+    says(R"({"axis": "parameter:m", "size": 3})", model, "parameter:alpha");
+    says(R"({"axis": "parameter:f0", "size": 3})", model, "parameter:alpha");
+    says(R"({"axis": "parameter:alpha", "size": 3})", R"(, "model": "ggx")", "it has none");
+    says(R"({"axis": "parameter:alpha", "size": 3})", model + R"(, "parameters": {"alpha": 1})",
+         "parameters.alpha");
+}
+
 TEST(TableSpecification, refuses_what_it_does_not_know) {
     const std::string axes =
         R"("axes": [{"axis": "cos_theta", "size": 4}, {"axis": "roughness", "size": 4}])";
@@ -274,7 +325,7 @@ TEST(TableFile, holds_the_entries_and_where_they_come_from) {
         EXPECT_NEAR((*image.plane("G"))[e], table.values[1][e], 1e-3);
         EXPECT_EQ((*image.plane("B"))[e], 0);
     }
-    for (const char* name : {"table", "quantity", "axis_cos_theta", "axis_alpha", "order",
+    for (const char* name : {"table", "quantity", "axis_cos_theta", "axis_roughness", "order",
                              "encoding", "model", "tolerance", "software"})
         EXPECT_EQ(image.metadata.count(name), 1U) << name;
 
@@ -282,7 +333,7 @@ TEST(TableFile, holds_the_entries_and_where_they_come_from) {
     write_table(table, folder / "t.h");
     const std::string text = test::read_file(folder / "t.h");
     EXPECT_NE(text.find("const uint16_t DFG_LUT[] = {"), std::string::npos);
-    EXPECT_NE(text.find("// axis_alpha: "), std::string::npos);
+    EXPECT_NE(text.find("// axis_roughness: "), std::string::npos);
     const auto bits = [&](std::size_t channel, std::size_t e) {
         return fmt::format("0x{:04x}",
                            Imath::half(static_cast<float>(table.values[channel][e])).bits());
@@ -306,7 +357,7 @@ TEST(TableFile, holds_the_entries_and_where_they_come_from) {
     std::string line;
     while (std::getline(csv, line) && line[0] == '#') {
     }
-    EXPECT_EQ(line, "cos_theta,alpha,R,G");
+    EXPECT_EQ(line, "cos_theta,roughness,R,G");
     std::getline(csv, line);
     EXPECT_EQ(line.rfind("0.125,1,", 0), 0U);
 }
@@ -337,6 +388,111 @@ TEST(TableFile, of_open_pbr_is_a_fragment_and_of_cycles_an_array) {
     EXPECT_THROW(write_table(openpbr, folder / "o.txt"), UsageError);
 }
 
+// Kurt with alpha above 0 reflects more than it receives.
+TEST(TableFile, of_unorm16_refuses_what_it_cannot_hold) {
+    const TemporaryFolder folder;
+    TableSpec spec = preset("kulla-conty", 4, 1e-4);
+    set_model(spec, model_named("kurt"));
+    set_parameter(spec, "alpha", 0.5);
+    spec.encoding = Encoding::Unorm16;
+    const Table table = compute_table(device(), spec);
+    const std::vector<double>& values = table.values[0];
+    const auto above = static_cast<std::size_t>(
+        std::count_if(values.begin(), values.end(), [](double v) { return v > 1.001; }));
+    const double largest = *std::max_element(values.begin(), values.end());
+    ASSERT_GT(above, 0U);
+    EXPECT_EQ(table.above_one.count, above);
+    EXPECT_EQ(table.above_one.largest, largest);
+    for (const char* name : {"t.exr", "t.h", "t.npy", "t.csv"}) {
+        const std::string message = test::complaint([&] { write_table(table, folder / name); });
+        EXPECT_NE(message.find(fmt::format("{} of 16 values are outside", above)),
+                  std::string::npos)
+            << message;
+        EXPECT_NE(message.find(fmt::format("{:.6g}", largest)), std::string::npos) << message;
+    }
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+    EXPECT_EQ(write_table(table, folder / "t.h", true), above);
+    EXPECT_NE(test::read_file(folder / "t.h").find("65535"), std::string::npos);
+
+    const std::vector<std::string> command{"table", "kulla-conty",   "-m",     "kurt",
+                                           "--fix", "alpha=0.5",     "--size", "4",
+                                           "-o",    folder / "u.npy"};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), command.begin(), command.end());
+        return run_program(more);
+    };
+    EXPECT_EQ(with({"--encoding", "unorm16"}).status, 1);
+    EXPECT_FALSE(std::filesystem::exists(folder / "u.npy"));
+    const auto clamped = with({"--encoding", "unorm16", "--clamp"});
+    EXPECT_EQ(clamped.status, 0) << clamped.err;
+    EXPECT_NE(clamped.err.find(fmt::format("{} of 16 values", above)), std::string::npos)
+        << clamped.err;
+    EXPECT_EQ(with({"--clamp"}).status, 2);
+    // Said whatever the encoding.
+    const auto whole = with({});
+    EXPECT_EQ(whole.status, 0) << whole.err;
+    EXPECT_NE(whole.err.find(fmt::format("{} of 16 albedos of kurt are above 1, the largest {:.4g}",
+                                         above, largest)),
+              std::string::npos)
+        << whole.err;
+}
+
+// What .exr viewers show black.
+TEST(TableCommand, writes_a_preview) {
+    const TemporaryFolder folder;
+    const auto made = run_program({"table", "filament", "--size", "8", "--tolerance", "1e-3", "-o",
+                                   folder / "t.csv", "--preview", folder / "t.png"});
+    ASSERT_EQ(made.status, 0) << made.err;
+    EXPECT_NE(made.err.find("R (white "), std::string::npos) << made.err;
+    const Image picture = read_png(folder / "t.png");
+    EXPECT_EQ(picture.width, 2U * 256 + 8);
+    EXPECT_EQ(picture.height, 256U);
+    const Table table = compute_table(device(), preset("filament", 8, 1e-3));
+    for (const std::size_t v : {0U, 1U}) {
+        const std::vector<double>& values = table.values[v];
+        const double most = *std::max_element(values.begin(), values.end());
+        for (std::size_t e = 0; e < 64; ++e)
+            EXPECT_NEAR(
+                picture.planes[0][(e / 8 * 32 + 16) * picture.width + v * 264 + e % 8 * 32 + 16],
+                values[e] / most, 0.01)
+                << e;
+    }
+}
+
+// Before any work: no device of that name is looked for.
+TEST(TableCommand, looks_at_endings_first) {
+    const TemporaryFolder folder;
+    test::write_file(folder / "s.json", R"({"distribution": "gaussian", "sigma": 0.3})");
+    const std::string spec = folder / "s.json", bad = folder / "x.txt";
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"table", "cycles", "-o", bad},
+          {"table", "cycles", "-o", folder / "x.h", "--preview", bad},
+          {"generate", spec, "-o", bad},
+          {"generate", spec, "-o", folder / "x.exr", "--preview", bad},
+          {"generate", "--from", folder / "none.csv", "-o", bad},
+          {"albedo", folder / "none.json", "-o", bad}}) {
+        std::vector<std::string> arguments = command;
+        arguments.insert(arguments.end(), {"--device", "no such device"});
+        const auto run = run_program(arguments);
+        EXPECT_EQ(run.status, 2) << command[0];
+        EXPECT_NE(run.err.find("x.txt: unknown ending"), std::string::npos) << run.err;
+    }
+}
+
+TEST(TableFile, is_not_written_where_a_value_is_not_finite) {
+    const TemporaryFolder folder;
+    Table table = compute_table(device(), preset("kulla-conty", 4, 1e-3));
+    for (const auto& [value, encoding] : {std::pair(std::nan(""), Encoding::Float),
+                                          {1e39, Encoding::Float},
+                                          {7e4, Encoding::Half}}) {
+        table.values[0][5] = value;
+        table.spec.encoding = encoding;
+        for (const char* name : {"t.exr", "t.h", "t.npy", "t.csv"})
+            EXPECT_THROW(write_table(table, folder / name), InputError) << name << value;
+    }
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
 TEST(TableCommand, writes_tables_and_refuses_bad_command_lines) {
     const TemporaryFolder folder;
     const std::string out = folder / "t.csv";
@@ -347,7 +503,8 @@ TEST(TableCommand, writes_tables_and_refuses_bad_command_lines) {
     const auto made = run_program({"table", "kulla-conty", "-m", "kurt", "--fix", "alpha=0",
                                    "--size", "4", "--tolerance", "1e-3", "-o", out});
     EXPECT_EQ(made.status, 0) << made.err;
-    EXPECT_NE(test::read_file(out).find("# model: kurt, m = alpha, alpha = 0"), std::string::npos);
+    EXPECT_NE(test::read_file(out).find("# model: kurt, m = roughness, alpha = 0"),
+              std::string::npos);
     test::write_file(folder / "bad.json", R"({"axis": []})");
     const std::vector<std::pair<int, std::vector<std::string>>> cases = {
         {2, {"none"}},

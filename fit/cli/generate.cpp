@@ -3,6 +3,7 @@
 #include "host/error.hpp"
 #include "host/evaluate/sample.hpp"
 #include "host/files/json.hpp"
+#include "host/image/preview.hpp"
 #include "host/microfacet/generator.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <memory>
+#include <spdlog/spdlog.h>
 
 namespace brdfit::cli {
 
@@ -19,7 +21,7 @@ namespace {
 constexpr double degrees = 180 / pi;
 
 struct Options {
-    std::string spec, out;
+    std::string spec, out, preview;
     RecoverRequest recover;
     GeneratorOptions generator;
     std::string only_from; ///< an option given that --from alone takes
@@ -43,6 +45,12 @@ Json energy_json(const MicrofacetTable& table, double f0, bool correlated) {
     return json;
 }
 
+/// null: none.
+Json constant_json(const MicrofacetTable& table, const TableUse& use) {
+    const double c = diffuse_constant(table, use);
+    return c > 0 ? Json(c) : Json(nullptr);
+}
+
 Json report_json(const MicrofacetTable& table, double seconds) {
     Json json = {{"distribution", table.distribution.name},
                  {"points", table.grid.count()},
@@ -60,7 +68,7 @@ Json report_json(const MicrofacetTable& table, double seconds) {
     for (const bool metal : {false, true})
         for (const double f0 : reported_f0)
             json["diffuse_constant"].push_back(
-                {{"f0", f0}, {"metal", metal}, {"c", diffuse_constant(table, {f0, false, metal})}});
+                {{"f0", f0}, {"metal", metal}, {"c", constant_json(table, {f0, false, metal})}});
     return json;
 }
 
@@ -91,13 +99,20 @@ void print_report(const MicrofacetTable& table, const std::string& out, double s
             if (report.where.size() > shown)
                 fmt::print("    and {} more (--json lists them)\n", report.where.size() - shown);
         }
-    fmt::print("  diffuse constant c  ");
-    for (const double f0 : reported_f0)
-        fmt::print(" {:.5f} (f0 {})", diffuse_constant(table, {f0, false, false}), f0);
-    fmt::print("\n    of a metal        ");
-    for (const double f0 : reported_f0)
-        fmt::print(" {:.5f} (f0 {})", diffuse_constant(table, {f0, false, true}), f0);
-    fmt::print("\n");
+    bool none = false;
+    for (const bool metal : {false, true}) {
+        fmt::print("{}", metal ? "    of a metal        " : "  diffuse constant c  ");
+        for (const double f0 : reported_f0) {
+            const double c = diffuse_constant(table, {f0, false, metal});
+            none |= c == 0;
+            fmt::print(" {} (f0 {})", c > 0 ? fmt::format("{:.5f}", c) : "none", f0);
+        }
+        fmt::print("\n");
+    }
+    if (none)
+        fmt::print(
+            "    none: R takes all that is reflected (of a metal f0, otherwise 1), nothing is "
+            "left to be diffuse\n");
 }
 
 /// Albedos of the generated BRDF at f0 = 1 and of Ward's model of the same widths, Fig. 6 of the
@@ -151,6 +166,8 @@ int generate(const Options& options, const Globals& globals) {
         throw UsageError(fmt::format("--points {}: expected {} to {}", options.generator.points,
                                      least_points, most_points));
     require_table_ending(options.out);
+    if (!options.preview.empty())
+        require_preview_ending(options.preview);
     if (options.recover.file.empty()) {
         if (!options.only_from.empty())
             throw UsageError(fmt::format("{}: for --from only", options.only_from));
@@ -160,9 +177,16 @@ int generate(const Options& options, const Globals& globals) {
         throw UsageError("--ward: for a SPEC only");
     const Device device = open_device(globals.device);
     const Generator generator(device);
-    if (!options.recover.file.empty())
-        return recover_from(options.recover, options.generator, generator, device, options.out,
-                            options.json, globals);
+    const auto preview = [&](const MicrofacetTable& table) {
+        if (!options.preview.empty())
+            spdlog::info("{}: {}", options.preview, write_table_preview(table, options.preview));
+    };
+    if (!options.recover.file.empty()) {
+        const int status = recover_from(options.recover, options.generator, generator, device,
+                                        options.out, options.json, globals);
+        preview(*read_table(options.out));
+        return status;
+    }
     const auto begin = std::chrono::steady_clock::now();
     const Distribution distribution = read_distribution(options.spec);
     const MicrofacetTable table = generator.generate(distribution, options.generator, options.spec);
@@ -172,6 +196,7 @@ int generate(const Options& options, const Globals& globals) {
     if (options.ward)
         compared = beside_ward(table, device);
     write_table(table, options.out);
+    preview(table);
     if (options.json) {
         Json json = report_json(table, seconds);
         for (const auto& row : compared)
@@ -199,6 +224,9 @@ void add_generate(CLI::App& app, const Globals& globals, Action& action) {
                         "measured reflectance to recover the distribution from");
     command->add_option("-o,--output", options->out, "table (.exr) for lobes of model microfacet")
         ->required();
+    command->add_option("--preview", options->preview,
+                        "also a picture (.png) of g and the reflectances, rows from the horizon up "
+                        "to the normal from top to bottom");
     command->add_option("--points", options->generator.points, "points of the grid, about")
         ->capture_default_str();
     command->add_flag("--lambertian", options->generator.facets,

@@ -116,34 +116,43 @@ void print(const std::string& path, const Albedo& albedo) {
     }
 }
 
-std::string stem_of(const std::string& path) {
-    return std::filesystem::path(path).stem().string();
-}
-
-/// A plot of all inputs: the mean over channels, along the first azimuth.
+/// A plot of all inputs along the first azimuth: the channels of one input, or the mean over
+/// channels of several.
 void plot(const Options& options, const std::vector<Albedo>& albedos) {
+    constexpr std::size_t most_channels = 4;
+    const bool each = albedos.size() == 1 && albedos[0].channels.size() <= most_channels;
+    const std::vector<std::string> names = distinct_names(options.inputs);
     std::vector<Curve> curves;
-    double largest = 0;
+    bool mean = false;
     for (std::size_t i = 0; i < albedos.size(); ++i) {
         const Albedo& albedo = albedos[i];
-        Curve curve;
-        curve.name = stem_of(options.inputs[i]);
-        for (std::size_t k = 0; k < (albedo.columns ? albedo.columns : albedo.count()); ++k) {
-            double mean = 0;
-            for (const auto& values : albedo.values)
-                mean += values[k] / static_cast<double>(albedo.values.size());
-            curve.x.push_back(albedo.theta[k] / degree);
-            curve.y.push_back(mean);
-            if (std::isfinite(mean))
-                largest = std::max(largest, mean);
+        const std::size_t channels = albedo.channels.size();
+        mean |= !each && channels > 1;
+        for (std::size_t first = 0; first < (each ? channels : 1); ++first) {
+            Curve curve;
+            curve.name = names[i];
+            if (each && channels > 1)
+                curve.name += ", channel " + albedo.channels[first];
+            for (std::size_t k = 0; k < (albedo.columns ? albedo.columns : albedo.count()); ++k) {
+                double sum = 0;
+                for (std::size_t ch = first; ch < (each ? first + 1 : channels); ++ch)
+                    sum += albedo.values[ch][k];
+                curve.x.push_back(albedo.theta[k] / degree);
+                curve.y.push_back(sum / static_cast<double>(each ? 1 : channels));
+            }
+            curves.push_back(std::move(curve));
         }
-        curves.push_back(std::move(curve));
     }
-    const double top = options.top > 0 ? options.top : std::clamp(1.05 * largest, 0.1, 3.0);
-    write_plot(curves, options.title.empty() ? "directional albedo R" : options.title, top,
-               options.out,
-               fmt::format("directional albedo, mean over channels, tolerance {}, by brdfit {}",
-                           options.tolerance, version));
+    PlotOptions of_plot;
+    of_plot.title = options.title.empty() ? "Directional albedo" : options.title;
+    if (mean)
+        of_plot.title += " (mean over channels)";
+    of_plot.y_title = "directional albedo (reflected / received)";
+    of_plot.comment =
+        fmt::format("directional albedo, {}, tolerance {}, by brdfit {}",
+                    mean ? "mean over channels" : "a curve a channel", options.tolerance, version);
+    of_plot.top = options.top;
+    write_plot(curves, of_plot, options.out);
 }
 
 int run_albedo(const Options& options, const Globals& globals) {
@@ -211,7 +220,9 @@ void add_albedo(CLI::App& app, const Globals& globals, Action& action) {
                      "<channel>_error; .svg: a plot")
         ->required();
     command->add_option("--title", options->title, "of the plot");
-    command->add_option("--top", options->top, "largest albedo the plot shows")
+    command
+        ->add_option("--top", options->top,
+                     "largest albedo the plot shows; what is above is cut off and marked")
         ->check(CLI::PositiveNumber);
     command->add_flag("--json", options->json, "print the hemispherical albedo as JSON");
     options->isotropy.add_to(*command);

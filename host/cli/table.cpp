@@ -1,6 +1,7 @@
 #include "host/table/table.hpp"
 #include "host/cli/command.hpp"
 #include "host/error.hpp"
+#include "host/image/preview.hpp"
 
 #include <chrono>
 #include <filesystem>
@@ -13,12 +14,16 @@ namespace brdfit::cli {
 namespace {
 
 struct Options {
-    std::string what, model, out, encoding;
+    std::string what, model, out, encoding, preview;
     std::vector<std::string> fixes;
     std::size_t size = 0;
     double tolerance = 0;
-    bool tolerance_given = false, list = false, more_than_list = false;
+    bool tolerance_given = false, list = false, more_than_list = false, clamp = false;
 };
+
+constexpr const char* axis_names =
+    "cos_theta, roughness, f0, ior, and parameter:NAME for a model's own (see brdfit models), for "
+    "example parameter:alpha of kurt";
 
 std::string preset_names() {
     std::string names;
@@ -58,6 +63,10 @@ int list_presets() {
             axes += fmt::format("{}{} {}", axes.empty() ? "" : " x ", axis.name(), axis.size);
         fmt::print("{:<27} {:<66} {}\n", preset.name, preset.renderer, axes);
     }
+    fmt::print(
+        "\nroughness: the model's (GGX's alpha), often renderers' roughness squared.\nAxes of a "
+        "specification (.json): {}.\n",
+        axis_names);
     return 0;
 }
 
@@ -69,6 +78,8 @@ int table(const Options& options, const Globals& globals) {
     if (options.what.empty() || options.out.empty())
         throw UsageError("expected PRESET|SPEC.json and -o OUT, or --list");
     require_table_ending(options.out);
+    if (!options.preview.empty())
+        require_preview_ending(options.preview);
     TableSpec spec = spec_of(options);
     if (!options.model.empty())
         set_model(spec, model_named(options.model));
@@ -84,12 +95,22 @@ int table(const Options& options, const Globals& globals) {
         spec.encoding = Encoding::Half;
     else if (options.encoding == "unorm16")
         spec.encoding = Encoding::Unorm16;
+    if (options.clamp && spec.encoding != Encoding::Unorm16)
+        throw UsageError("--clamp: for the encoding unorm16 only");
     const Device device = open_device(globals.device);
     const auto start = std::chrono::steady_clock::now();
     const Table computed = compute_table(device, spec);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    write_table(computed, options.out);
+    if (const AboveOne& above = computed.above_one; above.count > 0)
+        spdlog::warn("{}: {} of {} albedos of {} are above 1, the largest {:.6g} at {}",
+                     options.out, above.count, spec.entries(), spec.model->name, above.largest,
+                     spec.place(above.entry));
+    if (const std::size_t clamped = write_table(computed, options.out, options.clamp); clamped > 0)
+        spdlog::warn("{}: {} of {} values were outside of 0 to 1 and are clamped", options.out,
+                     clamped, spec.entries() * spec.values());
+    if (!options.preview.empty())
+        spdlog::info("{}: {}", options.preview, write_table_preview(computed, options.preview));
     spdlog::info("{}: {} entries in {:.2f} s, largest error estimated {:.2g}", options.out,
                  spec.entries(), seconds, computed.error);
     return 0;
@@ -116,9 +137,14 @@ void add_table(CLI::App& app, const Globals& globals, Action& action) {
                                           "absolute error of the albedos (default: the preset's)");
     command->add_option("--encoding", options->encoding, "float, half or unorm16")
         ->check(CLI::IsMember({"float", "half", "unorm16"}));
+    command->add_flag("--clamp", options->clamp,
+                      "of unorm16: cut off values outside of 0 to 1 in place of refusing them");
     command->add_option("-o,--output", options->out,
                         ".exr, .h, .hpp, .inc (C source), .npy or .csv");
-    command->footer("Examples:\n  brdfit table cycles -o ggx_E.h\n"
+    command->add_option("--preview", options->preview,
+                        "also a picture (.png) of the values, laid out as in .exr");
+    command->footer("Axes of a specification: " + std::string(axis_names) +
+                    ".\nExamples:\n  brdfit table cycles -o ggx_E.h\n"
                     "  brdfit table filament -m kurt --fix alpha=0 -o dfg.exr");
     command->callback([command, tolerance, options, &globals, &action] {
         options->tolerance_given = tolerance->count() > 0;

@@ -43,6 +43,11 @@ void write_exr_parts(const std::vector<Image>& parts, const std::string& path, E
 /// values.
 Image read_png(const std::string& path);
 
+/// Writes linear light, one plane grey or three red, green, blue, as 8 bits of sRGB a value, whole
+/// or not at all; what is outside of 0 to 1 is cut off, what is no number black. Throws InputError
+/// where it cannot, and UsageError where planes and sizes disagree.
+void write_png(const Image& image, const std::string& path);
+
 /// read_exr or read_png, by content. Throws InputError also where it is neither.
 Image read_image(const std::string& path);
 

@@ -4,6 +4,7 @@
 #include "host/files/file.hpp"
 #include "host/image/limits.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <fmt/format.h>
@@ -27,7 +28,47 @@ float linear_light(std::uint8_t srgb) {
     return static_cast<float>(s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
 }
 
+std::uint8_t srgb_of(float light) {
+    const double x = light > 0 ? std::min(double{light}, 1.0) : 0;
+    const double s = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+    return static_cast<std::uint8_t>(std::lround(255 * s));
+}
+
 } // namespace
+
+void write_png(const Image& image, const std::string& path) {
+    const std::size_t channels = image.planes.size(), count = image.width * image.height;
+    const bool whole =
+        std::all_of(image.planes.begin(), image.planes.end(),
+                    [&](const std::vector<float>& plane) { return plane.size() == count; });
+    if (count == 0 || (channels != 1 && channels != 3) || !whole)
+        throw UsageError(fmt::format("{}: a PNG image of {} x {} pixels and {} planes; expected 1 "
+                                     "or 3 planes of that size",
+                                     path, image.width, image.height, channels));
+    std::vector<std::uint8_t> values;
+    values.reserve(count * channels);
+    for (std::size_t i = 0; i < count; ++i)
+        for (const std::vector<float>& plane : image.planes)
+            values.push_back(srgb_of(plane[i]));
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    png.width = static_cast<png_uint_32>(image.width);
+    png.height = static_cast<png_uint_32>(image.height);
+    png.format = channels == 3 ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY;
+    const std::unique_ptr<png_image, void (*)(png_image*)> freed(&png, png_image_free);
+    png_alloc_size_t bytes = 0;
+    std::string file_bytes;
+    const auto write = [&](void* memory) {
+        if (png_image_write_to_memory(&png, memory, &bytes, 0, values.data(), 0, nullptr) == 0)
+            throw InputError(fmt::format("{}: cannot be written: {}", path, png.message));
+    };
+    write(nullptr); // how many bytes
+    file_bytes.resize(bytes);
+    write(file_bytes.data());
+    OutputFile file(path);
+    file.write(std::string_view(file_bytes.data(), bytes));
+    file.commit();
+}
 
 Image read_png(const std::string& path) {
     const MappedFile file(path);

@@ -29,6 +29,12 @@ cl::Program generator_program(const Device& device) {
 
 constexpr std::size_t tile = VISIBLE_TILE;
 constexpr std::size_t most_floats_out = std::size_t{1} << 24;
+/// Nodes on the device at once, about: 32 MiB, whatever the distribution.
+constexpr std::size_t most_nodes = std::size_t{1} << 21;
+/// Of <h.n>: single precision holds products of two areas down to LEAST_AREA of it.
+constexpr double least_height = 1e-10, most_height = 1e15;
+/// Parts with less than this share of the normals do with `coarse` nodes for g within R.
+constexpr double small_share = 0.125;
 /// Nodes of g at the grid's points, of g within R, and of R (see nodes_of).
 constexpr std::size_t fine = 4, middle = 2, coarse = 1;
 constexpr std::size_t facet_rows = 24, facet_columns = 25;
@@ -149,125 +155,157 @@ std::vector<float> to_floats(const std::vector<double>& values) {
     return {values.begin(), values.end()};
 }
 
-/// Sums what kernels wrote for each block, [item][block][value], over the blocks.
+/// Adds what kernels wrote for each block, [item][block][value], to the sums, [item][value].
 void add_blocks(const std::vector<float>& partial, std::size_t blocks, std::size_t values,
-                std::vector<double>& sums) {
+                double* sums) {
     for (std::size_t i = 0; i < partial.size() / (blocks * values); ++i)
         for (std::size_t v = 0; v < values; ++v) {
             double sum = 0;
             for (std::size_t b = 0; b < blocks; ++b)
                 sum += partial[(i * blocks + b) * values + v];
-            sums.push_back(sum);
+            *sums++ += sum;
         }
 }
 
-/// Probabilities of a part's cells from its nodes' weights, [azimuth][row]. Every cell has some: p
-/// may be positive where no node is.
-SamplingCells cells_of(const DistributionPart& part, const PartNodes& nodes, std::size_t rows,
-                       const float* height, const float* weight) {
-    SamplingCells cells;
-    const bool tabulated = part.shape == Shape::Tabulated;
-    const bool image = part.table != nullptr && !tabulated;
-    std::size_t bands = image ? 128 : 32;
-    cells.columns = image ? 256 : 64;
-    if (tabulated) {
-        constexpr std::size_t most = 128;
-        const double end = greatest_theta(part);
-        cells.edges = {0};
-        const std::vector<double>& thetas = part.table->thetas;
-        const std::size_t step = (thetas.size() + most - 1) / most;
-        for (std::size_t i = 0; i < thetas.size(); i += step)
-            if (thetas[i] / end > cells.edges.back() + 1e-6 && thetas[i] < end * (1 - 1e-6))
-                cells.edges.push_back(thetas[i] / end);
-        cells.edges.push_back(1);
-        bands = cells.edges.size() - 1;
-        cells.columns = std::clamp<std::size_t>(part.table->width, 16, most);
-    } else
-        for (std::size_t i = 0; i <= bands; ++i)
-            cells.edges.push_back(static_cast<double>(i) / static_cast<double>(bands));
-    std::vector<double> mass(bands * cells.columns);
-    double whole = 0;
-    for (std::size_t j = 0; j < nodes.psis.size(); ++j) {
-        const double turn = nodes.psis.x[j] / (2 * pi);
-        const auto column = std::min(cells.columns - 1,
-                                     static_cast<std::size_t>((turn - std::floor(turn)) *
-                                                              static_cast<double>(cells.columns)));
-        for (std::size_t i = 0; i < nodes.shares.size(); ++i) {
-            if (!(height[j * rows + i] > 0)) // never a half vector of two directions above
-                continue;
-            const auto next =
-                std::upper_bound(cells.edges.begin(), cells.edges.end(), nodes.shares.x[i]);
-            const auto row = static_cast<std::size_t>(next - cells.edges.begin()) - 1;
-            mass[column * bands + std::min(row, bands - 1)] += weight[j * rows + i];
-            whole += weight[j * rows + i];
-        }
+/// Collects the probabilities of a part's cells from its nodes' weights.
+class CellSums {
+  public:
+    explicit CellSums(const DistributionPart& part) {
+        const bool tabulated = part.shape == Shape::Tabulated;
+        const bool image = part.table != nullptr && !tabulated;
+        std::size_t bands = image ? 128 : 32;
+        cells_.columns = image ? 256 : 64;
+        cells_.edges = {0};
+        if (tabulated) {
+            constexpr std::size_t most = 128;
+            const double end = greatest_theta(part);
+            const std::vector<double>& thetas = part.table->thetas;
+            const std::size_t step = (thetas.size() + most - 1) / most;
+            for (std::size_t i = 0; i < thetas.size(); i += step)
+                if (thetas[i] / end > cells_.edges.back() + 1e-6 && thetas[i] < end * (1 - 1e-6))
+                    cells_.edges.push_back(thetas[i] / end);
+            cells_.edges.push_back(1);
+            bands = cells_.edges.size() - 1;
+            cells_.columns = std::clamp<std::size_t>(part.table->width, 16, most);
+        } else
+            for (std::size_t i = 1; i <= bands; ++i)
+                cells_.edges.push_back(static_cast<double>(i) / static_cast<double>(bands));
+        mass_.resize(bands * cells_.columns);
     }
-    const double least = 1e-4 * whole / static_cast<double>(mass.size());
-    for (const double m : mass)
-        cells.mass.push_back(static_cast<float>(std::max(m + least, 1e-30)));
-    return cells;
+
+    void add(double share, double psi, double weight) {
+        const std::size_t bands = cells_.edges.size() - 1;
+        const double turn = psi / (2 * pi);
+        const auto column = std::min(cells_.columns - 1,
+                                     static_cast<std::size_t>((turn - std::floor(turn)) *
+                                                              static_cast<double>(cells_.columns)));
+        const auto next = std::upper_bound(cells_.edges.begin(), cells_.edges.end(), share);
+        const auto row = static_cast<std::size_t>(next - cells_.edges.begin()) - 1;
+        mass_[column * bands + std::min(row, bands - 1)] += weight;
+        whole_ += weight;
+    }
+
+    /// The cells of what was added, times a factor. Every cell has some: p may be positive where no
+    /// node is.
+    SamplingCells cells(double factor) const {
+        SamplingCells cells = cells_;
+        const double least = 1e-4 * whole_ / static_cast<double>(mass_.size());
+        for (const double m : mass_)
+            cells.mass.push_back(static_cast<float>(std::max(factor * (m + least), 1e-30)));
+        return cells;
+    }
+
+  private:
+    SamplingCells cells_;
+    std::vector<double> mass_; // [azimuth][row]
+    double whole_ = 0;
+};
+
+/// What the shares multiply the amplitudes by. `masses`: of the parts with their amplitudes.
+std::vector<double> factors_of(const Distribution& distribution,
+                               const std::vector<double>& masses) {
+    std::vector<double> factors(distribution.parts.size(), 1);
+    for (const Share& share : distribution.shares) {
+        double whole = share.normalised ? 0 : 1;
+        for (std::size_t i = share.first; share.normalised && i < share.first + share.count; ++i)
+            whole += factors[i] * masses[i];
+        for (std::size_t i = share.first; i < share.first + share.count; ++i)
+            factors[i] *= share.mass / whole;
+    }
+    return factors;
 }
 
 } // namespace
 
 Generator::Generator(const Device& device) : device_(device), program_(generator_program(device)) {}
 
-Generator::DeviceNodes Generator::nodes_of_parts(const Distribution& distribution,
-                                                 std::size_t fineness) const {
+void Generator::for_pieces(const Distribution& distribution,
+                           const std::vector<std::size_t>& fineness,
+                           const std::function<void(const Piece&)>& use) const {
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
+    const auto block = static_cast<std::size_t>(device_.form.block);
     const cl::Buffer table = upload(device_, packed_areas(bare_table(distribution)));
-    std::vector<PartNodes> of_parts;
-    DeviceNodes nodes;
-    std::size_t count = 0;
-    for (const DistributionPart& part : distribution.parts) {
-        of_parts.push_back(nodes_of(part, fineness));
-        nodes.first.push_back(count);
-        nodes.rows.push_back(padded(of_parts.back().shares.size(), width));
-        nodes.columns.push_back(of_parts.back().psis.size());
-        count += nodes.rows.back() * nodes.columns.back();
-    }
-    nodes.stride = padded(count, static_cast<std::size_t>(device_.form.block));
-    nodes.planes = make_buffer(device_, NODE_PLANES * nodes.stride * sizeof(float));
-    device_.queue.enqueueFillBuffer(nodes.planes, 0.0F, 0,
-                                    NODE_PLANES * nodes.stride * sizeof(float));
     cl::Kernel kernel(program_, "nodes");
-    for (std::size_t n = 0; n < of_parts.size(); ++n) {
-        Quadrature shares = of_parts[n].shares;
-        shares.x.resize(nodes.rows[n], 0.5);
-        shares.w.resize(nodes.rows[n], 0);
+    for (std::size_t n = 0; n < distribution.parts.size(); ++n) {
+        const PartNodes nodes = nodes_of(distribution.parts[n], fineness[n]);
+        Piece piece;
+        piece.part = n;
+        piece.shares = nodes.shares.x;
+        Quadrature shares = nodes.shares;
+        piece.rows = padded(shares.size(), width);
+        shares.x.resize(piece.rows, 0.5);
+        shares.w.resize(piece.rows, 0);
         const cl::Buffer x = upload(device_, to_floats(shares.x));
         const cl::Buffer w = upload(device_, to_floats(shares.w));
-        const cl::Buffer psis = upload(device_, to_floats(of_parts[n].psis.x));
-        const cl::Buffer psi_weights = upload(device_, to_floats(of_parts[n].psis.w));
-        kernel.setArg(0, table);
-        kernel.setArg(1, static_cast<cl_int>(n));
-        kernel.setArg(2, x);
-        kernel.setArg(3, w);
-        kernel.setArg(4, static_cast<cl_uint>(nodes.rows[n] / width));
-        kernel.setArg(5, psis);
-        kernel.setArg(6, psi_weights);
-        kernel.setArg(7, static_cast<cl_uint>(nodes.columns[n]));
-        kernel.setArg(8, static_cast<cl_uint>(nodes.first[n] / width));
-        kernel.setArg(9, static_cast<cl_uint>(nodes.stride / width));
-        kernel.setArg(10, nodes.planes);
-        const std::size_t items = nodes.rows[n] / width * nodes.columns[n];
-        device_.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(padded(items, local)),
-                                           cl::NDRange(local));
-        device_.queue.finish(); // the buffers go
+        const std::size_t most = std::max<std::size_t>(1, most_nodes / piece.rows);
+        for (std::size_t begin = 0; begin < nodes.psis.size(); begin += most) {
+            const std::size_t columns = std::min(most, nodes.psis.size() - begin);
+            const auto some = [&](const std::vector<double>& values) {
+                const auto first = values.begin() + static_cast<std::ptrdiff_t>(begin);
+                return std::vector<double>(first, first + static_cast<std::ptrdiff_t>(columns));
+            };
+            if (columns != piece.psis.size()) {
+                piece.stride = padded(piece.rows * columns, block);
+                const std::size_t bytes = NODE_PLANES * piece.stride * sizeof(float);
+                piece.planes = make_buffer(device_, bytes);
+                device_.queue.enqueueFillBuffer(piece.planes, 0.0F, 0, bytes);
+            }
+            piece.psis = some(nodes.psis.x);
+            const cl::Buffer psis = upload(device_, to_floats(piece.psis));
+            const cl::Buffer psi_weights = upload(device_, to_floats(some(nodes.psis.w)));
+            kernel.setArg(0, table);
+            kernel.setArg(1, static_cast<cl_int>(n));
+            kernel.setArg(2, x);
+            kernel.setArg(3, w);
+            kernel.setArg(4, static_cast<cl_uint>(piece.rows / width));
+            kernel.setArg(5, psis);
+            kernel.setArg(6, psi_weights);
+            kernel.setArg(7, static_cast<cl_uint>(columns));
+            kernel.setArg(8, cl_uint{0});
+            kernel.setArg(9, static_cast<cl_uint>(piece.stride / width));
+            kernel.setArg(10, piece.planes);
+            const std::size_t items = piece.rows / width * columns;
+            device_.queue.enqueueNDRangeKernel(
+                kernel, cl::NullRange, cl::NDRange(padded(items, local)), cl::NDRange(local));
+            device_.queue.finish(); // the buffers go
+            use(piece);
+        }
     }
-    return nodes;
 }
 
-std::vector<double> Generator::areas(const DeviceNodes& nodes,
-                                     const std::vector<Vector>& directions) const {
+std::vector<float> Generator::planes_on_host(const Piece& piece) const {
+    return download<float>(device_, piece.planes, NODE_PLANES * piece.stride);
+}
+
+void Generator::add_areas(const Piece& nodes, const std::vector<Vector>& directions,
+                          std::vector<double>& sums) const {
     const auto block = static_cast<std::size_t>(device_.form.block);
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
     const std::size_t blocks = nodes.stride / block;
     const std::size_t most_tiles = std::max<std::size_t>(1, most_floats_out / (blocks * tile));
     cl::Kernel kernel(program_, "visible");
-    std::vector<double> sums;
     for (std::size_t begin = 0; begin < directions.size(); begin += most_tiles * tile) {
         const std::size_t end = std::min(directions.size(), begin + most_tiles * tile);
         const std::size_t tiles = padded(end - begin, tile) / tile;
@@ -282,9 +320,20 @@ std::vector<double> Generator::areas(const DeviceNodes& nodes,
         kernel.setArg(4, out);
         device_.queue.enqueueNDRangeKernel(
             kernel, cl::NullRange, cl::NDRange(blocks * local, tiles), cl::NDRange(local, 1));
-        add_blocks(download<float>(device_, out, tiles * tile * blocks), blocks, tile, sums);
-        sums.resize(end);
+        std::vector<double> found(tiles * tile);
+        add_blocks(download<float>(device_, out, tiles * tile * blocks), blocks, tile,
+                   found.data());
+        for (std::size_t i = begin; i < end; ++i)
+            sums[i] += found[i - begin];
     }
+}
+
+std::vector<double> Generator::areas(const Distribution& distribution,
+                                     const std::vector<std::size_t>& fineness,
+                                     const std::vector<Vector>& directions) const {
+    std::vector<double> sums(directions.size());
+    for_pieces(distribution, fineness,
+               [&](const Piece& piece) { add_areas(piece, directions, sums); });
     return sums;
 }
 
@@ -292,12 +341,12 @@ double Generator::mass(const DistributionPart& part) const {
     Distribution one;
     one.parts.push_back(part);
     one.parts[0].amplitude = 1;
-    const DeviceNodes nodes = nodes_of_parts(one, fine);
-    const std::vector<float> planes =
-        download<float>(device_, nodes.planes, NODE_PLANES * nodes.stride);
     double sum = 0;
-    for (std::size_t i = 0; i < nodes.stride; ++i)
-        sum += planes[NODE_WEIGHT * nodes.stride + i];
+    for_pieces(one, {fine}, [&](const Piece& piece) {
+        const std::vector<float> planes = planes_on_host(piece);
+        for (std::size_t i = 0; i < piece.stride; ++i)
+            sum += planes[NODE_WEIGHT * piece.stride + i];
+    });
     return sum;
 }
 
@@ -305,59 +354,61 @@ Distribution Generator::weighted(Distribution distribution) const {
     std::vector<double> masses; // of the parts, once each
     if (!distribution.shares.empty())
         for (const DistributionPart& part : distribution.parts)
-            masses.push_back(mass(part));
-    for (const Share& share : distribution.shares) {
-        double whole = share.normalised ? 0 : 1;
-        for (std::size_t i = share.first; share.normalised && i < share.first + share.count; ++i)
-            whole += distribution.parts[i].amplitude * masses[i];
-        for (std::size_t i = share.first; i < share.first + share.count; ++i)
-            distribution.parts[i].amplitude *= share.mass / whole;
-    }
+            masses.push_back(part.amplitude * mass(part));
+    const std::vector<double> factors = factors_of(distribution, masses);
+    for (std::size_t n = 0; n < factors.size(); ++n)
+        distribution.parts[n].amplitude *= factors[n];
     distribution.shares.clear();
     return distribution;
 }
 
-void Generator::reflect(MicrofacetTable& table, std::size_t fineness) const {
+void Generator::reflect(MicrofacetTable& table, std::size_t fineness,
+                        const std::vector<double>& part_shares) const {
     const auto block = static_cast<std::size_t>(device_.form.block);
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
     MicrofacetTable inner = table;
     inner.grid = inner_grid(table.distribution, fineness);
+    std::vector<std::size_t> inner_fineness;
+    for (const double share : part_shares)
+        inner_fineness.push_back((share < small_share ? coarse : middle) * fineness);
     const std::vector<double> inner_areas =
-        areas(nodes_of_parts(table.distribution, middle * fineness), directions_of(inner.grid));
-    const DeviceNodes nodes = nodes_of_parts(table.distribution, coarse * fineness);
+        areas(table.distribution, inner_fineness, directions_of(inner.grid));
     inner.g.assign(inner_areas.begin(), inner_areas.end());
     const cl::Buffer words = upload(device_, packed_areas(refined(inner, 8)));
     const std::vector<Vector> directions = directions_of(table.grid);
-    const std::size_t blocks = nodes.stride / block;
-    const std::size_t most =
-        std::max<std::size_t>(1, most_floats_out / (blocks * REFLECTANCE_SUMS));
     cl::Kernel kernel(program_, "reflect");
-    std::vector<double> sums;
-    for (std::size_t begin = 0; begin < directions.size(); begin += most) {
-        const std::size_t count = std::min(most, directions.size() - begin);
-        const auto first = directions.begin() + static_cast<std::ptrdiff_t>(begin);
-        const cl::Buffer in =
-            upload(device_, planes_of({first, first + static_cast<std::ptrdiff_t>(count)}, count));
-        const auto g = table.g.begin() + static_cast<std::ptrdiff_t>(begin);
-        std::vector<float> own(g, g + static_cast<std::ptrdiff_t>(count));
-        for (float& area : own)
-            area = std::max(area, LEAST_AREA * static_cast<float>(table.mean_height));
-        const cl::Buffer own_areas = upload(device_, own);
-        const cl::Buffer out =
-            make_buffer(device_, count * blocks * REFLECTANCE_SUMS * sizeof(float));
-        kernel.setArg(0, words);
-        kernel.setArg(1, nodes.planes);
-        kernel.setArg(2, static_cast<cl_uint>(nodes.stride / width));
-        kernel.setArg(3, in);
-        kernel.setArg(4, static_cast<cl_uint>(count));
-        kernel.setArg(5, own_areas);
-        kernel.setArg(6, out);
-        device_.queue.enqueueNDRangeKernel(
-            kernel, cl::NullRange, cl::NDRange(blocks * local, count), cl::NDRange(local, 1));
-        add_blocks(download<float>(device_, out, count * blocks * REFLECTANCE_SUMS), blocks,
-                   REFLECTANCE_SUMS, sums);
-    }
+    std::vector<double> sums(directions.size() * REFLECTANCE_SUMS);
+    const std::vector<std::size_t> own_fineness(part_shares.size(), coarse * fineness);
+    for_pieces(table.distribution, own_fineness, [&](const Piece& nodes) {
+        const std::size_t blocks = nodes.stride / block;
+        const std::size_t most =
+            std::max<std::size_t>(1, most_floats_out / (blocks * REFLECTANCE_SUMS));
+        for (std::size_t begin = 0; begin < directions.size(); begin += most) {
+            const std::size_t count = std::min(most, directions.size() - begin);
+            const auto first = directions.begin() + static_cast<std::ptrdiff_t>(begin);
+            const cl::Buffer in = upload(
+                device_, planes_of({first, first + static_cast<std::ptrdiff_t>(count)}, count));
+            const auto g = table.g.begin() + static_cast<std::ptrdiff_t>(begin);
+            std::vector<float> own(g, g + static_cast<std::ptrdiff_t>(count));
+            for (float& area : own)
+                area = std::max(area, LEAST_AREA * static_cast<float>(table.mean_height));
+            const cl::Buffer own_areas = upload(device_, own);
+            const cl::Buffer out =
+                make_buffer(device_, count * blocks * REFLECTANCE_SUMS * sizeof(float));
+            kernel.setArg(0, words);
+            kernel.setArg(1, nodes.planes);
+            kernel.setArg(2, static_cast<cl_uint>(nodes.stride / width));
+            kernel.setArg(3, in);
+            kernel.setArg(4, static_cast<cl_uint>(count));
+            kernel.setArg(5, own_areas);
+            kernel.setArg(6, out);
+            device_.queue.enqueueNDRangeKernel(
+                kernel, cl::NullRange, cl::NDRange(blocks * local, count), cl::NDRange(local, 1));
+            add_blocks(download<float>(device_, out, count * blocks * REFLECTANCE_SUMS), blocks,
+                       REFLECTANCE_SUMS, sums.data() + REFLECTANCE_SUMS * begin);
+        }
+    });
     for (const auto& [plane, k] : {std::pair(&table.r0, R0), std::pair(&table.r1, R1),
                                    std::pair(&table.r0_correlated, R0_CORRELATED),
                                    std::pair(&table.r1_correlated, R1_CORRELATED)}) {
@@ -367,7 +418,7 @@ void Generator::reflect(MicrofacetTable& table, std::size_t fineness) const {
     }
 }
 
-void Generator::tabulate_facets(MicrofacetTable& table, const DeviceNodes& nodes) const {
+void Generator::tabulate_facets(MicrofacetTable& table, std::size_t fineness) const {
     const auto block = static_cast<std::size_t>(device_.form.block);
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
@@ -389,21 +440,57 @@ void Generator::tabulate_facets(MicrofacetTable& table, const DeviceNodes& nodes
             pairs[(3 + a) * count + n] = static_cast<float>(o[a]);
         }
     }
-    const std::size_t blocks = nodes.stride / block;
     const cl::Buffer in = upload(device_, pairs);
-    const cl::Buffer out = make_buffer(device_, count * blocks * sizeof(float));
     cl::Kernel kernel(program_, "facets");
-    kernel.setArg(0, nodes.planes);
-    kernel.setArg(1, static_cast<cl_uint>(nodes.stride / width));
-    kernel.setArg(2, in);
-    kernel.setArg(3, static_cast<cl_uint>(count));
-    kernel.setArg(4, out);
-    device_.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(blocks * local, count),
-                                       cl::NDRange(local, 1));
-    std::vector<double> sums;
-    add_blocks(download<float>(device_, out, count * blocks), blocks, 1, sums);
+    std::vector<double> sums(count);
+    const std::vector<std::size_t> each(table.distribution.parts.size(), middle * fineness);
+    for_pieces(table.distribution, each, [&](const Piece& nodes) {
+        const std::size_t blocks = nodes.stride / block;
+        const cl::Buffer out = make_buffer(device_, count * blocks * sizeof(float));
+        kernel.setArg(0, nodes.planes);
+        kernel.setArg(1, static_cast<cl_uint>(nodes.stride / width));
+        kernel.setArg(2, in);
+        kernel.setArg(3, static_cast<cl_uint>(count));
+        kernel.setArg(4, out);
+        device_.queue.enqueueNDRangeKernel(
+            kernel, cl::NullRange, cl::NDRange(blocks * local, count), cl::NDRange(local, 1));
+        add_blocks(download<float>(device_, out, count * blocks), blocks, 1, sums.data());
+    });
     facets.values.assign(sums.begin(), sums.end());
 }
+
+namespace {
+
+/// What is known of a part alone, its amplitude as it was specified.
+struct PartSums {
+    explicit PartSums(const DistributionPart& part, std::size_t directions)
+        : cells(part), areas(directions) {}
+
+    /// `planes`: of the nodes [azimuth][row], `rows` of them padded; `stride` apart.
+    void add(const std::vector<float>& planes, std::size_t stride, std::size_t rows,
+             const std::vector<double>& shares, const std::vector<double>& psis) {
+        const float* const weight = planes.data() + NODE_WEIGHT * stride;
+        const float* const height = planes.data() + NODE_Z * stride;
+        for (std::size_t i = 0; i < rows * psis.size(); ++i) {
+            for (std::size_t a = 0; a < 3; ++a)
+                mean[a] += double{planes[(NODE_X + a) * stride + i]} * weight[i];
+            mass += weight[i];
+            if (!(height[i] > 0)) // never a half vector of two directions above
+                continue;
+            above += weight[i];
+            steep += height[i] < std::sqrt(0.5F) ? weight[i] : 0;
+            if (i % rows < shares.size())
+                cells.add(shares[i % rows], psis[i / rows], weight[i]);
+        }
+    }
+
+    double mass = 0, above = 0, steep = 0;
+    Vector mean{};
+    CellSums cells;
+    std::vector<double> areas; ///< g at the grid's directions
+};
+
+} // namespace
 
 MicrofacetTable Generator::generate(const Distribution& specified, const GeneratorOptions& options,
                                     const std::string& source) const {
@@ -414,61 +501,74 @@ MicrofacetTable Generator::generate(const Distribution& specified, const Generat
         throw UsageError(fmt::format("{}: is anisotropic; Lambertian facets need an isotropic "
                                      "distribution",
                                      source));
-    const Distribution distribution = weighted(specified);
     MicrofacetTable table;
-    table.distribution = distribution;
-    const DeviceNodes nodes = nodes_of_parts(distribution, fine * options.fineness);
-    const std::vector<float> planes =
-        download<float>(device_, nodes.planes, NODE_PLANES * nodes.stride);
-    const float* const weight = planes.data() + NODE_WEIGHT * nodes.stride;
-    const float* const height = planes.data() + NODE_Z * nodes.stride;
+    table.grid = grid_of(specified, options.points);
+    const std::vector<Vector> directions = directions_of(table.grid);
+    // Part by part, each as it was specified: all is linear in the amplitudes.
+    std::vector<PartSums> parts;
+    for (const DistributionPart& part : specified.parts)
+        parts.emplace_back(part, directions.size());
+    const std::vector<std::size_t> each(parts.size(), fine * options.fineness);
+    for_pieces(specified, each, [&](const Piece& piece) {
+        PartSums& sums = parts[piece.part];
+        sums.add(planes_on_host(piece), piece.stride, piece.rows, piece.shares, piece.psis);
+        add_areas(piece, directions, sums.areas);
+    });
+    std::vector<double> masses;
+    for (const PartSums& sums : parts)
+        masses.push_back(sums.mass);
+    const std::vector<double> factors = factors_of(specified, masses);
+    table.distribution = specified;
+    table.distribution.shares.clear();
     double whole = 0, above = 0, steep = 0;
-    for (std::size_t n = 0; n < distribution.parts.size(); ++n) {
-        const DistributionPart& part = distribution.parts[n];
-        Vector mean{};
-        const std::size_t end = nodes.first[n] + nodes.rows[n] * nodes.columns[n];
-        for (std::size_t i = nodes.first[n]; i < end; ++i) {
-            for (std::size_t a = 0; a < 3; ++a)
-                mean[a] += double{planes[(NODE_X + a) * nodes.stride + i]} * weight[i];
-            whole += weight[i];
-            const float z = height[i];
-            above += z > 0 ? weight[i] : 0;
-            steep += z > 0 && z < std::sqrt(0.5F) ? weight[i] : 0;
-        }
+    std::vector<double> g(directions.size());
+    for (std::size_t n = 0; n < parts.size(); ++n) {
+        DistributionPart& part = table.distribution.parts[n];
+        part.amplitude *= factors[n];
+        masses[n] *= factors[n];
+        whole += masses[n];
+        above += factors[n] * parts[n].above;
+        steep += factors[n] * parts[n].steep;
         for (std::size_t a = 0; a < 3; ++a)
-            table.mean[a] += mean[a];
-        table.mean_height += part.area_scale * mean[2];
-        table.cells.push_back(cells_of(part, nodes_of(part, fine * options.fineness), nodes.rows[n],
-                                       height + nodes.first[n], weight + nodes.first[n]));
+            table.mean[a] += factors[n] * parts[n].mean[a];
+        table.mean_height += part.area_scale * factors[n] * parts[n].mean[2];
+        for (std::size_t i = 0; i < g.size(); ++i)
+            g[i] += factors[n] * parts[n].areas[i];
+        table.cells.push_back(parts[n].cells.cells(factors[n]));
     }
-    if (!(whole > 0) || !std::isfinite(whole))
+    if (whole <= 0 || std::isnan(whole))
         throw InputError(fmt::format("{}: p(h) is 0 everywhere; expected some normals", source));
+    if (!std::isfinite(whole) || whole < least_height || whole > most_height)
+        throw InputError(fmt::format("{}: the integral of p(h) is {:.6g}; expected {} to {}, for "
+                                     "single precision: scale p(h), the BRDF stays the same",
+                                     source, whole, least_height, most_height));
     if (!(table.mean_height > 1e-6 * whole) || !(table.mean[2] > 1e-6 * whole))
         throw InputError(fmt::format("{}: <h.n> is {:.6g} of the integral of p(h) {:.6g}: the "
                                      "normals are below the horizon; expected <h.n> above 0",
                                      source, table.mean[2], whole));
     table.steep = above > 0 ? steep / above : 0;
     // What symmetry makes 0 is 0.
-    if (distribution.sector != Sector::All)
+    if (specified.sector != Sector::All)
         table.mean[1] = 0;
-    if (distribution.sector == Sector::Quarter || distribution.sector == Sector::Isotropic)
+    if (specified.sector == Sector::Quarter || specified.sector == Sector::Isotropic)
         table.mean[0] = 0;
-    table.grid = grid_of(distribution, options.points);
-    const std::vector<double> g = areas(nodes, directions_of(table.grid));
     table.g.assign(g.begin(), g.end());
-    reflect(table, options.fineness);
+    for (double& mass : masses)
+        mass /= whole;
+    reflect(table, options.fineness, masses);
     if (options.facets)
-        tabulate_facets(table, nodes_of_parts(distribution, middle * options.fineness));
+        tabulate_facets(table, options.fineness);
     return table;
 }
 
 std::vector<double> Generator::visible_areas(const Distribution& distribution,
                                              const std::vector<Vector>& directions) const {
-    return areas(nodes_of_parts(weighted(distribution), fine), directions);
+    return areas(weighted(distribution), std::vector<std::size_t>(distribution.parts.size(), fine),
+                 directions);
 }
 
 EnergyReport energy_report(const MicrofacetTable& table, double f0, bool correlated) {
-    constexpr double error = 1e-4;
+    constexpr double error = reflectance_error;
     EnergyReport report;
     const Grid& grid = table.grid;
     const auto thetas = static_cast<std::size_t>(

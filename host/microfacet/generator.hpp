@@ -4,6 +4,7 @@
 #include "host/microfacet/table.hpp"
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,9 @@ class Generator {
     /// The distribution with its shares brought into the amplitudes.
     Distribution weighted(Distribution distribution) const;
     /// The tables of a distribution, its shares brought in: g within 1e-5 relative, R within 1e-4.
-    /// Throws InputError, its message beginning with `source`, where p is 0 everywhere or <h.n> is
-    /// not positive, and UsageError for Lambertian facets on an anisotropic distribution.
+    /// Throws InputError, its message beginning with `source`, where p is 0 everywhere or too
+    /// large or small for single precision, or <h.n> is not positive, and UsageError for Lambertian
+    /// facets on an anisotropic distribution.
     MicrofacetTable generate(const Distribution& distribution, const GeneratorOptions& options,
                              const std::string& source) const;
     /// g of a table's distribution at any unit directions.
@@ -36,17 +38,29 @@ class Generator {
                                       const std::vector<Vector>& directions) const;
 
   private:
-    /// Nodes of all parts on the device: planes h.x, h.y, h.z, p dw.
-    struct DeviceNodes {
+    /// Nodes of a part, or of some of its azimuths, on the device: planes h.x, h.y, h.z, p dw, each
+    /// [azimuth][row].
+    struct Piece {
+        std::size_t part = 0;
         cl::Buffer planes;
-        std::size_t stride = 0;                        ///< padded to whole blocks
-        std::vector<std::size_t> first, rows, columns; ///< of each part
+        std::size_t stride = 0, rows = 0; ///< padded to whole blocks and to whole vectors
+        std::vector<double> shares, psis; ///< of rows and azimuths, see PartNodes
     };
-    DeviceNodes nodes_of_parts(const Distribution& distribution, std::size_t fineness) const;
-    std::vector<double> areas(const DeviceNodes& nodes,
+    /// Calls `use` with the nodes of all parts in turn, so that few are on the device at once.
+    /// `fineness`: of each part.
+    void for_pieces(const Distribution& distribution, const std::vector<std::size_t>& fineness,
+                    const std::function<void(const Piece&)>& use) const;
+    std::vector<float> planes_on_host(const Piece& piece) const;
+    /// Adds g of the nodes at directions to the sums.
+    void add_areas(const Piece& nodes, const std::vector<Vector>& directions,
+                   std::vector<double>& sums) const;
+    std::vector<double> areas(const Distribution& distribution,
+                              const std::vector<std::size_t>& fineness,
                               const std::vector<Vector>& directions) const;
-    void reflect(MicrofacetTable& table, std::size_t fineness) const;
-    void tabulate_facets(MicrofacetTable& table, const DeviceNodes& nodes) const;
+    /// `part_shares`: of the parts in all normals.
+    void reflect(MicrofacetTable& table, std::size_t fineness,
+                 const std::vector<double>& part_shares) const;
+    void tabulate_facets(MicrofacetTable& table, std::size_t fineness) const;
 
     Device device_;
     cl::Program program_;

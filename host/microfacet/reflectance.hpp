@@ -20,7 +20,7 @@ class TableReflectance {
     /// about k would be if their neighbours had to say them.
     double interpolation_error(const Vector& k) const;
     /// Of R at the nodes.
-    static constexpr double node_error = 1e-4;
+    static constexpr double node_error = reflectance_error;
 
   private:
     Grid grid_;

@@ -206,7 +206,7 @@ double diffuse_constant(const MicrofacetTable& table, const TableUse& use) {
                     integral += std::max(0.0, (use.metal ? use.f0 : 1) - r) * height * width;
                 }
         }
-    return integral > 1e-7 ? 1 / integral : 0;
+    return integral > pi * reflectance_error ? 1 / integral : 0;
 }
 
 namespace {

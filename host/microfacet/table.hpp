@@ -61,6 +61,9 @@ struct MicrofacetTable {
     }
 };
 
+/// What R may be off by at the nodes.
+inline constexpr double reflectance_error = 1e-4;
+
 /// A plane's value at a direction of row and column, cubic between the nodes as the kernels have
 /// it.
 double interpolate(const Grid& grid, const std::vector<float>& plane, double row, double column);
@@ -83,7 +86,8 @@ struct TableUse {
 };
 
 /// c of Eq. 28: 1 / c is the integral of (1 - R(k)) (k.n), for a metal of max(0, f0 - R(k)) (k.n),
-/// over the hemisphere with R as the kernels interpolate it; 0 where that integral is 0.
+/// over the hemisphere with R as the kernels interpolate it; 0, no diffuse term, where R leaves no
+/// more than its error of it.
 double diffuse_constant(const MicrofacetTable& table, const TableUse& use);
 
 /// Offsets among the words are float32 themselves, which holds integers up to here exactly.
@@ -95,8 +99,12 @@ inline constexpr std::size_t most_table_words = std::size_t{1} << 24;
 std::vector<float> packed_for_lobe(const MicrofacetTable& table, const TableUse& use);
 std::vector<float> packed_areas(const MicrofacetTable& table);
 
-/// Writes an OpenEXR file, whole or not at all.
+/// Writes an OpenEXR file, whole or not at all. Throws InputError where read_table would not take
+/// it: a number that is not finite in single precision, or negative.
 void write_table(const MicrofacetTable& table, const std::string& path);
+/// Writes a picture of g and the reflectances over the grid (see write_preview). Returns what is
+/// seen.
+std::string write_table_preview(const MicrofacetTable& table, const std::string& path);
 /// Reads what write_table wrote. Throws InputError naming the file and what is missing or wrong.
 std::shared_ptr<const MicrofacetTable> read_table(const std::string& path);
 

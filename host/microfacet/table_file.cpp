@@ -1,5 +1,6 @@
 #include "host/error.hpp"
 #include "host/image/image.hpp"
+#include "host/image/preview.hpp"
 #include "host/microfacet/table.hpp"
 #include "host/version.hpp"
 
@@ -18,6 +19,7 @@ namespace brdfit {
 namespace {
 
 constexpr std::size_t most_nodes = std::size_t{1} << 20;
+constexpr double most_number = std::numeric_limits<float>::max(), least_mean_height = 1e-30;
 
 Image plane_image(const std::string& name, const std::string& channel, std::size_t width,
                   std::size_t height, std::vector<float> values, const std::string& quantity) {
@@ -84,11 +86,10 @@ class Reader {
             return parse_number(required(json, top, key, "a number"), top.member(key), lower,
                                 upper);
         };
-        const double most = std::numeric_limits<float>::max();
-        table->mean[0] = number("mean_x", -most, most);
-        table->mean[1] = number("mean_y", -most, most);
-        table->mean[2] = number("mean_z", -most, most);
-        table->mean_height = number("mean_height", 1e-30, most);
+        table->mean[0] = number("mean_x", -most_number, most_number);
+        table->mean[1] = number("mean_y", -most_number, most_number);
+        table->mean[2] = number("mean_z", -most_number, most_number);
+        table->mean_height = number("mean_height", least_mean_height, most_number);
         table->steep = number("steep", 0, 1);
         table->grid.scale = number("elevation_scale", 1e-4, 10);
         table->grid.stretch = number("azimuth_stretch", 1e-3, 1e3);
@@ -183,7 +184,7 @@ class Reader {
         const auto number = [&](const char* key, double lower, double upper) {
             return parse_number(required(json, at, key, "a number"), at.member(key), lower, upper);
         };
-        part.amplitude = number("amplitude", 0, std::numeric_limits<float>::max());
+        part.amplitude = number("amplitude", 0, most_number);
         part.tilt = number("tilt", -2 * pi, 2 * pi);
         part.turn = number("turn", -2 * pi, 2 * pi);
         part.area_scale = number("area_scale", 0, 1e6);
@@ -279,7 +280,37 @@ static Json description_of(const MicrofacetTable& table) {
     return json;
 }
 
+// Throws where read_table would not take what is written.
+static void require_readable(const MicrofacetTable& table, const std::string& path) {
+    const auto number = [&](const std::string& name, double value, double lower) {
+        if (!(value >= lower && value <= most_number))
+            throw InputError(fmt::format("{}: {} of the table is {:.6g}; expected a number of at "
+                                         "least {} in single precision",
+                                         path, name, value, lower));
+    };
+    const auto plane = [&](const std::string& name, const std::vector<float>& values) {
+        for (const float value : values)
+            number(name, double{value}, 0);
+    };
+    number("mean_x", table.mean[0], -most_number);
+    number("mean_y", table.mean[1], -most_number);
+    number("mean_z", table.mean[2], -most_number);
+    number("mean_height", table.mean_height, least_mean_height);
+    number("steep", table.steep, 0);
+    plane("g", table.g);
+    plane("R0", table.r0);
+    plane("R1", table.r1);
+    plane("R0_correlated", table.r0_correlated);
+    plane("R1_correlated", table.r1_correlated);
+    plane("facets", table.facets.values);
+    for (const DistributionPart& part : table.distribution.parts)
+        number("amplitude", part.amplitude, 0);
+    for (const SamplingCells& cells : table.cells)
+        plane("the mass of cells", cells.mass);
+}
+
 void write_table(const MicrofacetTable& table, const std::string& path) {
+    require_readable(table, path);
     const Grid& grid = table.grid;
     Image tables;
     tables.width = grid.columns;
@@ -328,6 +359,16 @@ void write_table(const MicrofacetTable& table, const std::string& path) {
             "integral of (wi.h)+ (wo.h)+ p(h) dw: columns azimuth from 0 to pi, rows elevation of "
             "wi, then of wo, spaced as in tables"));
     write_exr_parts(images, path, ExrPixel::Float);
+}
+
+std::string write_table_preview(const MicrofacetTable& table, const std::string& path) {
+    std::vector<PreviewPanel> panels;
+    for (const auto& [name, plane] :
+         {std::pair("g", &table.g), std::pair("R0", &table.r0), std::pair("R1", &table.r1),
+          std::pair("R0_correlated", &table.r0_correlated),
+          std::pair("R1_correlated", &table.r1_correlated)})
+        panels.push_back({name, table.grid.columns, table.grid.rows, *plane});
+    return write_preview(panels, path);
 }
 
 std::shared_ptr<const MicrofacetTable> read_table(const std::string& path) {

@@ -4,6 +4,7 @@
 #include "host/files/file.hpp"
 #include "host/files/npy.hpp"
 #include "host/image/image.hpp"
+#include "host/image/preview.hpp"
 
 #include <Imath/half.h>
 #include <algorithm>
@@ -55,6 +56,42 @@ double encoded(const TableSpec& spec, double value) {
     return value;
 }
 
+/// Throws InputError where a value is not finite in the table's encoding, and where unorm16 does
+/// not hold one, unless it may be clamped. Returns how many will be.
+std::size_t check_values(const Table& table, const std::string& path, bool clamp) {
+    const TableSpec& spec = table.spec;
+    std::size_t outside = 0, entry = 0, channel = 0;
+    double most = 0, farthest = 0;
+    // What is within the error of 0 or 1, or is rounded to it, is it.
+    const double slack = std::max(0.5 / 65535, table.error);
+    for (std::size_t v = 0; v < spec.values(); ++v)
+        for (std::size_t e = 0; e < spec.entries(); ++e) {
+            const double value = table.values[v][e];
+            if (!std::isfinite(value) || !std::isfinite(encoded(spec, value)))
+                throw InputError(fmt::format(
+                    "{}: {} is {:.6g} at {}; expected numbers that {} holds", path,
+                    spec.channels[v], value, spec.place(e),
+                    spec.encoding == Encoding::Half ? "half precision" : "single precision"));
+            const double distance = std::max(value - 1, -value);
+            if (spec.encoding != Encoding::Unorm16 || distance <= slack)
+                continue;
+            ++outside;
+            if (distance > farthest) {
+                farthest = distance;
+                most = value;
+                entry = e;
+                channel = v;
+            }
+        }
+    if (outside > 0 && !clamp)
+        throw InputError(fmt::format(
+            "{}: unorm16 holds 0 to 1, but {} of {} values are outside, the farthest {} = {:.6g} "
+            "at {}; --encoding half or float holds them, --clamp cuts them off",
+            path, outside, spec.values() * spec.entries(), spec.channels[channel], most,
+            spec.place(entry)));
+    return outside;
+}
+
 std::size_t columns_of(const TableSpec& spec) {
     return spec.axes[0].size;
 }
@@ -78,8 +115,9 @@ void write_exr_table(const Table& table, const std::string& path) {
         channels += (c == 0 ? "" : ", ") + spec.channels[c] + " = " +
                     (c < spec.values() ? fmt::format("value {}", c + 1) : "0");
     image.metadata["channels_hold"] = channels;
-    image.metadata["layout"] = "x: the first axis, y: the second from the top; slices of a third "
-                               "below each other";
+    image.metadata["layout"] =
+        "x: the first axis, y: the second from the top; slices of further axes "
+        "below each other";
     write_exr(image, path, spec.encoding == Encoding::Half ? ExrPixel::Half : ExrPixel::Float);
 }
 
@@ -214,28 +252,46 @@ void write_text(const std::string& path, const std::string& text) {
 
 } // namespace
 
+std::string write_table_preview(const Table& table, const std::string& path) {
+    std::vector<PreviewPanel> panels;
+    for (std::size_t v = 0; v < table.spec.values(); ++v) {
+        const std::vector<double>& values = table.values[v];
+        const std::size_t width = columns_of(table.spec);
+        panels.push_back({table.spec.channels[v],
+                          width,
+                          table.spec.entries() / width,
+                          {values.begin(), values.end()}});
+    }
+    return write_preview(panels, path);
+}
+
 void require_table_ending(const std::string& path) {
     ending_of(path);
 }
 
-void write_table(const Table& table, const std::string& path) {
-    switch (ending_of(path)) {
+std::size_t write_table(const Table& table, const std::string& path, bool clamp) {
+    const Ending ending = ending_of(path);
+    const std::size_t clamped = check_values(table, path, clamp);
+    switch (ending) {
     case Ending::Exr:
-        return write_exr_table(table, path);
+        write_exr_table(table, path);
+        break;
     case Ending::Source:
-        return write_text(
-            path, source(table, std::filesystem::path(path).extension().string() == ".inc"));
+        write_text(path, source(table, std::filesystem::path(path).extension().string() == ".inc"));
+        break;
     case Ending::Npy: {
         OutputFile data(path), about(path + ".json");
         data.write(npy_bytes(table));
         about.write(provenance_json(table));
         data.commit();
         about.commit();
-        return;
+        break;
     }
     case Ending::Csv:
-        return write_text(path, csv(table));
+        write_text(path, csv(table));
+        break;
     }
+    return clamped;
 }
 
 } // namespace brdfit

@@ -24,15 +24,41 @@ bool is_identifier(const std::string& name) {
                        [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
 }
 
-Axis parse_axis(const Json& json, const Place& at) {
+/// `parameter:NAME`: sets kind, parameter and the range, all that the catalogue lets it have.
+void parse_parameter_axis(const std::string& name, const Place& at, const Model& model,
+                          Axis& axis) {
+    std::string known;
+    for (const Parameter* p : own_parameters(model)) {
+        known += (known.empty() ? "parameter:" : ", parameter:") + p->name;
+        if (name != p->name)
+            continue;
+        axis.kind = AxisKind::Parameter;
+        axis.parameter = name;
+        axis.lower = p->lower;
+        axis.upper = p->upper;
+        return;
+    }
+    at.fail(Json("parameter:" + name),
+            fmt::format("a parameter of {} beside roughness and f0, which have axes of their own: "
+                        "{}",
+                        model.name, known.empty() ? "it has none" : known));
+}
+
+Axis parse_axis(const Json& json, const Place& at, const Model& model) {
     check_object(json, at, "an object that describes an axis");
     Axis axis;
-    axis.kind =
-        parse_choice<AxisKind>(required(json, at, "axis", "the name of an axis"), at.member("axis"),
-                               {{"cos_theta", AxisKind::CosTheta},
-                                {"roughness", AxisKind::Roughness},
-                                {"f0", AxisKind::F0},
-                                {"ior", AxisKind::Ior}});
+    const Json& kind = required(json, at, "axis", "the name of an axis");
+    const std::string prefix = "parameter:";
+    if (kind.is_string() && kind.get<std::string>().rfind(prefix, 0) == 0)
+        parse_parameter_axis(kind.get<std::string>().substr(prefix.size()), at.member("axis"),
+                             model, axis);
+    else
+        axis.kind = parse_choice<AxisKind>(kind, at.member("axis"),
+                                           {{"cos_theta", AxisKind::CosTheta},
+                                            {"roughness", AxisKind::Roughness},
+                                            {"f0", AxisKind::F0},
+                                            {"ior", AxisKind::Ior},
+                                            {"parameter:NAME", AxisKind::Parameter}});
     std::vector<std::string> keys{"axis", "size", "nodes", "power", "least", "range"};
     if (axis.kind == AxisKind::Ior)
         keys.emplace_back("mapping");
@@ -63,7 +89,13 @@ Axis parse_axis(const Json& json, const Place& at) {
         axis.upper = 2.5;
     }
     if (const Json* const range = optional(json, "range")) {
-        const double least = ior ? 0.01 : 0, most = ior ? 100 : 1;
+        const bool own = axis.kind == AxisKind::Parameter;
+        const double least = own   ? axis.lower
+                             : ior ? 0.01
+                                   : 0,
+                     most = own   ? axis.upper
+                            : ior ? 100
+                                  : 1;
         const Place here = at.member("range");
         const std::string expected = fmt::format("two growing numbers in [{}, {}]", least, most);
         if (!range->is_array() || range->size() != 2)
@@ -95,9 +127,16 @@ void parse_parameters(const Json& json, const Place& at, TableSpec& spec) {
 void check_axes(const Json& json, const Place& top, const TableSpec& spec) {
     const Place at = top.member("axes");
     std::set<AxisKind> kinds;
-    for (const Axis& axis : spec.axes)
-        if (!kinds.insert(axis.kind).second)
+    std::set<std::string> names;
+    for (const Axis& axis : spec.axes) {
+        kinds.insert(axis.kind);
+        if (!names.insert(axis.name()).second)
             at.fail(fmt::format("{} is given twice; expected once", axis.name()));
+        if (spec.parameters.count(axis.parameter) > 0)
+            top.member("parameters")
+                .member(axis.parameter)
+                .fail(fmt::format("stands beside the axis {}", axis.name()));
+    }
     if (kinds.count(AxisKind::Roughness) == 0)
         at.fail("have no roughness; expected an axis roughness");
     const std::size_t fresnel = kinds.count(AxisKind::F0) + kinds.count(AxisKind::Ior);
@@ -150,13 +189,14 @@ TableSpec spec_from(const Json& json, const std::string& source) {
             {{"float", Encoding::Float}, {"half", Encoding::Half}, {"unorm16", Encoding::Unorm16}});
     if (const Json* const value = optional(json, "tolerance"))
         spec.tolerance = parse_number(*value, top.member("tolerance"), least_tolerance, 1);
-    const std::string axes_expected = "an array of 1 to 3 axes, fastest first";
+    const std::string axes_expected =
+        fmt::format("an array of 1 to {} axes, fastest first", most_axes);
     const Json& axes = required(json, top, "axes", axes_expected);
     const Place axes_place = top.member("axes");
-    if (!axes.is_array() || axes.empty() || axes.size() > 3)
+    if (!axes.is_array() || axes.empty() || axes.size() > most_axes)
         axes_place.fail(axes, axes_expected);
     for (std::size_t i = 0; i < axes.size(); ++i)
-        spec.axes.push_back(parse_axis(axes[i], axes_place.element(i)));
+        spec.axes.push_back(parse_axis(axes[i], axes_place.element(i), *spec.model));
     check_axes(json, top, spec);
     if (spec.entries() > most_entries)
         axes_place.fail(fmt::format("have {} entries together; expected at most {}", spec.entries(),

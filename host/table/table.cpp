@@ -30,8 +30,21 @@ const Parameter& roughness_of(const Model& model) {
     return *found;
 }
 
-/// theta of the model, anisotropic form, at f0 = 1 and roughness alpha.
-std::vector<double> theta_of(const TableSpec& spec, double alpha) {
+/// What the axes say of a lobe's shape.
+struct LobeShape {
+    double roughness = 0;
+    std::map<std::string, double> parameters; ///< of axes of parameters
+
+    std::string text() const {
+        std::string all = fmt::format("roughness {:.6g}", roughness);
+        for (const auto& [name, value] : parameters)
+            all += fmt::format(", parameter:{} {:.6g}", name, value);
+        return all;
+    }
+};
+
+/// theta of the model, anisotropic form, at f0 = 1.
+std::vector<double> theta_of(const TableSpec& spec, const LobeShape& shape) {
     const Model& model = *spec.model;
     const Parameter& roughness = roughness_of(model);
     Lobe lobe{&model, true, {}, {1}};
@@ -39,10 +52,12 @@ std::vector<double> theta_of(const TableSpec& spec, double alpha) {
         double value = p.start;
         if (const auto set = spec.parameters.find(p.name); set != spec.parameters.end())
             value = set->second;
+        if (const auto set = shape.parameters.find(p.name); set != shape.parameters.end())
+            value = set->second;
         if (p.name == "f0")
             value = 1;
         if (p.name == roughness.name) {
-            const double a = std::max(alpha, mirror);
+            const double a = std::max(shape.roughness, mirror);
             value = p.scale == Scale::Log ? a : std::max(p.lower, 2 / (a * a) - 2);
         }
         lobe.theta.push_back(value);
@@ -71,14 +86,33 @@ struct Pair {
     double all = 0, weighted = 0, error = 0;
 };
 
-/// The albedos at viewers of height mu[i], each to tolerance slack[i], for one alpha and index of
-/// refraction. Throws InputError for one that is infinite or out of reach.
+/// The shapes of all axes but cos_theta, f0 and ior, in the order of the axes.
+std::vector<LobeShape> shapes_of(const TableSpec& spec) {
+    std::vector<LobeShape> shapes{{}};
+    for (const Axis& axis : spec.axes) {
+        if (axis.kind != AxisKind::Roughness && axis.kind != AxisKind::Parameter)
+            continue;
+        std::vector<LobeShape> next;
+        for (std::size_t i = 0; i < axis.size; ++i)
+            for (LobeShape shape : shapes) {
+                (axis.kind == AxisKind::Roughness ? shape.roughness
+                                                  : shape.parameters[axis.parameter]) =
+                    axis.value(i);
+                next.push_back(std::move(shape));
+            }
+        shapes = std::move(next);
+    }
+    return shapes;
+}
+
+/// The albedos at viewers of height mu[i], each to tolerance slack[i], for each shape. Throws
+/// InputError for one that is infinite or out of reach.
 std::vector<Pair> directional(AlbedoIntegrator& integrator, const TableSpec& spec,
                               const std::vector<double>& mus, const std::vector<double>& slack,
-                              const std::vector<double>& alphas, double ior) {
+                              const std::vector<LobeShape>& shapes, double ior) {
     std::vector<AlbedoTask> tasks;
-    for (const double alpha : alphas) {
-        const std::vector<double> theta = theta_of(spec, alpha);
+    for (const LobeShape& shape : shapes) {
+        const std::vector<double> theta = theta_of(spec, shape);
         for (std::size_t i = 0; i < mus.size(); ++i)
             tasks.push_back({{std::sqrt((1 - mus[i]) * (1 + mus[i])), 0, mus[i]},
                              theta,
@@ -87,9 +121,9 @@ std::vector<Pair> directional(AlbedoIntegrator& integrator, const TableSpec& spe
     }
     std::vector<Pair> pairs;
     for (const AlbedoValue& v : integrator.integrate(tasks)) {
-        const std::string where = fmt::format(
-            "{}: the albedo of {} at cos_theta {:.6g}, alpha {:.6g}", spec.name, spec.model->name,
-            mus[pairs.size() % mus.size()], alphas[pairs.size() / mus.size()]);
+        const std::string where =
+            fmt::format("{}: the albedo of {} at cos_theta {:.6g}, {}", spec.name, spec.model->name,
+                        mus[pairs.size() % mus.size()], shapes[pairs.size() / mus.size()].text());
         if (!std::isfinite(v.all))
             throw InputError(where + " is infinite");
         if (!v.reached)
@@ -100,22 +134,23 @@ std::vector<Pair> directional(AlbedoIntegrator& integrator, const TableSpec& spe
     return pairs;
 }
 
-/// The averages over viewers for each alpha, with nodes doubled where two rules disagree.
+/// The averages over viewers for each shape, with nodes doubled where two rules disagree.
 std::vector<Pair> averages(AlbedoIntegrator& integrator, const TableSpec& spec,
-                           const std::vector<double>& alphas, double ior) {
-    std::vector<Pair> averages(alphas.size()), before(alphas.size());
-    std::vector<std::size_t> open(alphas.size());
+                           const std::vector<LobeShape>& shapes, double ior) {
+    std::vector<Pair> averages(shapes.size()), before(shapes.size());
+    std::vector<std::size_t> open(shapes.size());
     std::iota(open.begin(), open.end(), std::size_t{0});
     for (std::size_t nodes = fewest_nodes; !open.empty() && nodes <= most_nodes; nodes *= 2) {
         // Below 1 the light is reflected totally up to an angle.
         const CosineRule rule(nodes, ior > 0 && ior < 1 ? std::sqrt(1 - ior * ior) : 0);
-        std::vector<double> mus, slack, chosen;
+        std::vector<double> mus, slack;
+        std::vector<LobeShape> chosen;
         for (std::size_t i = 0; i < nodes; ++i) {
             mus.push_back(std::max(rule.mu[i], least_average_cosine));
             slack.push_back(std::max(1.0, 1 / (rule.weight[i] * static_cast<double>(nodes))));
         }
         for (const std::size_t a : open)
-            chosen.push_back(alphas[a]);
+            chosen.push_back(shapes[a]);
         const std::vector<Pair> pairs = directional(integrator, spec, mus, slack, chosen, ior);
         std::vector<std::size_t> next;
         for (std::size_t k = 0; k < open.size(); ++k) {
@@ -138,29 +173,39 @@ std::vector<Pair> averages(AlbedoIntegrator& integrator, const TableSpec& spec,
         open = std::move(next);
     }
     if (!open.empty())
-        throw InputError(fmt::format("{}: the average of {} at alpha {:.6g} is {:.6g} +- {:.2g}; "
+        throw InputError(fmt::format("{}: the average of {} at {} is {:.6g} +- {:.2g}; "
                                      "the tolerance {} is out of reach",
-                                     spec.name, spec.model->name, alphas[open[0]],
+                                     spec.name, spec.model->name, shapes[open[0]].text(),
                                      averages[open[0]].all, averages[open[0]].error,
                                      spec.tolerance));
     return averages;
 }
 
-/// [ior][alpha][cosine] of a table's axes; without a cosine, averages.
+/// [ior][shape][cosine] of a table's axes; without a cosine, averages.
 std::vector<Pair> integrate(const Device& device, const TableSpec& spec,
-                            const std::vector<double>& cosines, const std::vector<double>& alphas,
-                            const std::vector<double>& iors) {
+                            const std::vector<double>& cosines,
+                            const std::vector<LobeShape>& shapes, const std::vector<double>& iors) {
     AlbedoIntegrator integrator(device, {&model_named("lambert"), {spec.model}, false}, 1);
     const bool average = axis_of(spec, AxisKind::CosTheta) == nullptr;
     std::vector<Pair> pairs;
     for (const double ior : iors) {
         const std::vector<Pair> found =
-            average ? averages(integrator, spec, alphas, ior)
+            average ? averages(integrator, spec, shapes, ior)
                     : directional(integrator, spec, cosines, std::vector<double>(cosines.size(), 1),
-                                  alphas, ior);
+                                  shapes, ior);
         pairs.insert(pairs.end(), found.begin(), found.end());
     }
     return pairs;
+}
+
+void note_above_one(AboveOne& above, std::size_t entry, double albedo, double error) {
+    if (!(albedo - error > 1))
+        return;
+    ++above.count;
+    if (albedo > above.largest) {
+        above.largest = albedo;
+        above.entry = entry;
+    }
 }
 
 const char* quantity_text(Quantity quantity) {
@@ -197,11 +242,13 @@ std::string Axis::name() const {
     case AxisKind::CosTheta:
         return "cos_theta";
     case AxisKind::Roughness:
-        return "alpha";
+        return "roughness";
     case AxisKind::F0:
         return "f0";
     case AxisKind::Ior:
         return "ior";
+    case AxisKind::Parameter:
+        return "parameter:" + parameter;
     }
     return "";
 }
@@ -232,29 +279,65 @@ std::size_t TableSpec::entries() const {
     return count;
 }
 
+std::vector<const Parameter*> own_parameters(const Model& model) {
+    const Parameter& roughness = roughness_of(model);
+    std::vector<const Parameter*> own;
+    for (const Parameter& p : model.isotropic)
+        if (p.name != roughness.name && p.name != "f0")
+            own.push_back(&p);
+    return own;
+}
+
+namespace {
+
+/// Throws UsageError where the model has no such parameter of its own.
+const Parameter& own_parameter(const Model& model, const std::string& name) {
+    std::string known;
+    for (const Parameter* p : own_parameters(model)) {
+        if (p->name == name)
+            return *p;
+        known += (known.empty() ? "" : ", ") + p->name;
+    }
+    throw UsageError(fmt::format("{}: is no parameter of {} beside its roughness and f0; those "
+                                 "are: {}",
+                                 name, model.name, known.empty() ? "none" : known));
+}
+
+/// Throws UsageError where a parameter cannot have the value.
+void require_in_range(const Parameter& p, double value) {
+    if (!(value >= p.lower && value <= p.upper))
+        throw UsageError(
+            fmt::format("{}={}: expected a number in [{}, {}]", p.name, value, p.lower, p.upper));
+}
+
+} // namespace
+
+std::string TableSpec::place(std::size_t entry) const {
+    std::string text;
+    for (const Axis& axis : axes) {
+        text += fmt::format("{}{} {:.6g}", text.empty() ? "" : ", ", axis.name(),
+                            axis.value(entry % axis.size));
+        entry /= axis.size;
+    }
+    return text;
+}
+
 void set_model(TableSpec& spec, const Model& model) {
     roughness_of(model);
+    for (const Axis& axis : spec.axes)
+        if (axis.kind == AxisKind::Parameter)
+            for (const double end : {axis.lower, axis.upper})
+                require_in_range(own_parameter(model, axis.parameter), end);
     spec.model = &model;
     spec.parameters.clear();
 }
 
 void set_parameter(TableSpec& spec, const std::string& name, double value) {
-    const Parameter& roughness = roughness_of(*spec.model);
-    std::string known;
-    for (const Parameter& p : spec.model->isotropic) {
-        if (p.name == roughness.name || p.name == "f0")
-            continue;
-        if (p.name == name) {
-            if (!(value >= p.lower && value <= p.upper))
-                throw UsageError(fmt::format("{}={}: expected a number in [{}, {}]", name, value,
-                                             p.lower, p.upper));
-            spec.parameters[name] = value;
-            return;
-        }
-        known += (known.empty() ? "" : ", ") + p.name;
-    }
-    throw UsageError(fmt::format("{}: is no parameter of {} that no axis sets; those are: {}", name,
-                                 spec.model->name, known.empty() ? "none" : known));
+    require_in_range(own_parameter(*spec.model, name), value);
+    for (const Axis& axis : spec.axes)
+        if (axis.parameter == name)
+            throw UsageError(fmt::format("{}={}: the axis {} sets it", name, value, axis.name()));
+    spec.parameters[name] = value;
 }
 
 void set_size(TableSpec& spec, std::size_t size) {
@@ -272,28 +355,42 @@ Table compute_table(const Device& device, const TableSpec& spec) {
     require_tolerance(spec.tolerance);
     const Axis* const cosine = axis_of(spec, AxisKind::CosTheta);
     const std::vector<double> cosines = values_of(cosine, 0),
-                              alphas = values_of(axis_of(spec, AxisKind::Roughness), 0),
                               f0s = values_of(axis_of(spec, AxisKind::F0), spec.f0),
                               iors = values_of(axis_of(spec, AxisKind::Ior), 0);
-    const std::vector<Pair> pairs = integrate(device, spec, cosines, alphas, iors);
+    const std::vector<LobeShape> shapes = shapes_of(spec);
+    const std::vector<Pair> pairs = integrate(device, spec, cosines, shapes, iors);
     Table table;
     table.spec = spec;
     table.values.assign(spec.values() + (spec.third_channel ? 1 : 0),
                         std::vector<double>(spec.entries()));
     for (std::size_t e = 0; e < spec.entries(); ++e) {
         // The axes' indices, fastest first.
-        std::size_t rest = e, cosine_at = 0, alpha_at = 0, f0_at = 0, ior_at = 0;
+        std::size_t rest = e, cosine_at = 0, shape_at = 0, shape_step = 1, f0_at = 0, ior_at = 0;
         for (const Axis& axis : spec.axes) {
-            (axis.kind == AxisKind::CosTheta    ? cosine_at
-             : axis.kind == AxisKind::Roughness ? alpha_at
-             : axis.kind == AxisKind::F0        ? f0_at
-                                                : ior_at) = rest % axis.size;
+            const std::size_t i = rest % axis.size;
             rest /= axis.size;
+            switch (axis.kind) {
+            case AxisKind::CosTheta:
+                cosine_at = i;
+                break;
+            case AxisKind::F0:
+                f0_at = i;
+                break;
+            case AxisKind::Ior:
+                ior_at = i;
+                break;
+            case AxisKind::Roughness:
+            case AxisKind::Parameter:
+                shape_at += shape_step * i;
+                shape_step *= axis.size;
+                break;
+            }
         }
-        const Pair& pair = pairs[(ior_at * alphas.size() + alpha_at) * cosines.size() + cosine_at];
+        const Pair& pair = pairs[(ior_at * shapes.size() + shape_at) * cosines.size() + cosine_at];
         const double f0 = f0s[f0_at];
         const double albedo =
             iors[ior_at] > 0 ? pair.weighted : f0 * (pair.all - pair.weighted) + pair.weighted;
+        note_above_one(table.above_one, e, spec.values() == 1 ? albedo : pair.all, pair.error);
         table.error = std::max(table.error, pair.error);
         switch (spec.quantity) {
         case Quantity::Albedo:
@@ -338,6 +435,12 @@ std::vector<std::pair<std::string, std::string>> provenance(const Table& table) 
     std::string order;
     for (const Axis& axis : spec.axes) {
         lines.push_back({"axis_" + axis.name(), axis.name() + " = " + axis.mapping()});
+        if (axis.kind == AxisKind::Roughness)
+            lines.back().second +=
+                roughness.scale == Scale::Log
+                    ? fmt::format("; it is {} of {}", roughness.name, spec.model->name)
+                    : fmt::format("; it says the exponent {} of {}", roughness.name,
+                                  spec.model->name);
         order += (order.empty() ? "" : ", ") + fmt::format("{} ({})", axis.name(), axis.size);
     }
     lines.push_back({"order", order + "; fastest first"});
@@ -345,18 +448,26 @@ std::vector<std::pair<std::string, std::string>> provenance(const Table& table) 
                                  : spec.encoding == Encoding::Half ? "half"
                                                                    : "unorm16, value / 65535"});
     std::string model = spec.model->name + ", ";
-    model += roughness.scale == Scale::Log
-                 ? fmt::format("{} = alpha", roughness.name)
-                 : fmt::format("{} = max({}, 2 / alpha^2 - 2)", roughness.name, roughness.lower);
-    for (const Parameter& p : spec.model->isotropic)
-        if (p.name != roughness.name && p.name != "f0") {
-            const auto set = spec.parameters.find(p.name);
-            model += fmt::format(", {} = {}", p.name,
-                                 set == spec.parameters.end() ? p.start : set->second);
-        }
-    lines.push_back({"model", model + fmt::format("; alpha at least {}", mirror)});
+    model += roughness.scale == Scale::Log ? fmt::format("{} = roughness", roughness.name)
+                                           : fmt::format("{} = max({}, 2 / roughness^2 - 2)",
+                                                         roughness.name, roughness.lower);
+    for (const Parameter* p : own_parameters(*spec.model)) {
+        const auto set = spec.parameters.find(p->name);
+        const bool axis = std::any_of(spec.axes.begin(), spec.axes.end(),
+                                      [&](const Axis& a) { return a.parameter == p->name; });
+        model += axis ? fmt::format(", {0} = parameter:{0}", p->name)
+                      : fmt::format(", {} = {}", p->name,
+                                    set == spec.parameters.end() ? p->start : set->second);
+    }
+    lines.push_back({"model", model + fmt::format("; roughness at least {}", mirror)});
     lines.push_back({"tolerance", fmt::format("{}; largest error estimated {:.2g}", spec.tolerance,
                                               table.error)});
+    if (table.above_one.count > 0)
+        lines.push_back(
+            {"above_1", fmt::format("{} of {} albedos are above 1, the largest {:.6g} "
+                                    "at {}",
+                                    table.above_one.count, spec.entries(), table.above_one.largest,
+                                    spec.place(table.above_one.entry))});
     lines.push_back({"software", fmt::format("brdfit {}", version)});
     return lines;
 }

@@ -13,9 +13,11 @@ namespace brdfit {
 /// What an axis of a table counts.
 enum class AxisKind {
     CosTheta,  ///< cosine of the viewer with the normal
-    Roughness, ///< alpha: the model's roughness, or n = 2 / alpha^2 - 2 where it has an exponent
+    Roughness, ///< the model's (m, or a: GGX's alpha), or n = 2 / roughness^2 - 2 where it has an
+               ///< exponent; renderers' roughness is often the root of it
     F0,        ///< of Schlick's Fresnel term
-    Ior        ///< of a dielectric's Fresnel term, exact
+    Ior,       ///< of a dielectric's Fresnel term, exact
+    Parameter  ///< another of the model's, see Axis::parameter
 };
 
 /// Where the nodes x of an axis of N lie in [0, 1]. Node i:
@@ -34,9 +36,10 @@ struct Axis {
     /// OpenPBR's axis of refraction: 1/ior - 1 falls to 0 over the first half, ior - 1 grows from 0
     /// over the second, up to 1.5 at either end. Power and range do not count then.
     bool reciprocal = false;
+    std::string parameter; ///< of AxisKind::Parameter: its name in the catalogue
 
     double value(std::size_t i) const;
-    std::string name() const;    ///< cos_theta, alpha, f0 or ior
+    std::string name() const;    ///< cos_theta, roughness, f0, ior or parameter:NAME
     std::string mapping() const; ///< for people: how value comes from i
 };
 
@@ -76,6 +79,15 @@ struct TableSpec {
 
     std::size_t values() const; ///< 1 or 2, of the quantity
     std::size_t entries() const;
+    /// The axes' values of an entry, for people.
+    std::string place(std::size_t entry) const;
+};
+
+/// Albedos of a table that are above 1 by more than their error.
+struct AboveOne {
+    std::size_t count = 0; ///< of entries; where they hold both terms of F, of f0 = 1
+    double largest = 0;
+    std::size_t entry = 0; ///< of the largest
 };
 
 /// A computed table, [channel][entry], entries in the order of the axes.
@@ -83,6 +95,7 @@ struct Table {
     TableSpec spec;
     std::vector<std::vector<double>> values;
     double error = 0; ///< the largest estimated
+    AboveOne above_one;
 };
 
 /// A table that a renderer reads.
@@ -100,7 +113,8 @@ const TableSpec* find_preset(const std::string& name);
 TableSpec parse_table_spec(const std::string& text, const std::string& source);
 TableSpec read_table_spec(const std::string& path);
 
-/// Puts another model in the table's place of GGX. Throws UsageError where it has no lobe.
+/// Puts another model in the table's place of GGX. Throws UsageError where it has no lobe, or not
+/// the parameter of an axis.
 void set_model(TableSpec& spec, const Model& model);
 /// Sets a parameter that no axis sets. Throws UsageError where the model has none of that name, or
 /// the value is out of its range.
@@ -110,8 +124,13 @@ void set_parameter(TableSpec& spec, const std::string& name, double value);
 /// most_entries.
 void set_size(TableSpec& spec, std::size_t size);
 
+/// The model's parameters that no other kind of axis and no Fresnel term sets.
+std::vector<const Parameter*> own_parameters(const Model& model);
+
 /// Nodes of an axis and entries of a table at most.
 inline constexpr std::size_t largest_size = 4096, most_entries = std::size_t{1} << 22;
+/// Axes of a table at most.
+inline constexpr std::size_t most_axes = 4;
 
 /// Computes a table. Throws UsageError for a tolerance out of reach, InputError where an entry is
 /// infinite or does not reach the tolerance, naming it.
@@ -123,8 +142,12 @@ std::vector<std::pair<std::string, std::string>> provenance(const Table& table);
 
 /// Writes `.exr` (half or float, slices below each other), `.h`, `.hpp` or `.inc` (C source),
 /// `.npy` (with its provenance in a `.npy.json` beside it) or `.csv` (a row an entry). Throws
-/// UsageError for another ending.
-void write_table(const Table& table, const std::string& path);
+/// UsageError for another ending, and InputError where a value is not finite in the encoding, or
+/// where unorm16 does not hold one by more than its error and `clamp` is false. Returns how many
+/// such values it clamped.
+std::size_t write_table(const Table& table, const std::string& path, bool clamp = false);
+/// Writes a picture of the values, laid out as in .exr (see write_preview). Returns what is seen.
+std::string write_table_preview(const Table& table, const std::string& path);
 /// Throws UsageError unless the ending is one of these.
 void require_table_ending(const std::string& path);
 
