@@ -1,5 +1,6 @@
 #include "tests/fuzz/fuzz.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -70,23 +71,24 @@ const std::string& input_file(const std::uint8_t* data, std::size_t size) {
 const std::string& folder() {
     static const std::string path = [] {
         std::string name = (std::filesystem::temp_directory_path() / "brdfit-fuzz-XXXXXX").string();
-        require(mkdtemp(name.data()) != nullptr, "no folder " + name);
+        require(mkdtemp(name.data()) != nullptr, "no folder", name);
         return name;
     }();
     return path;
 }
 
-void require(bool holds, const std::string& what) {
+void require(bool holds, const char* what, const std::string& which) {
     if (holds)
         return;
-    std::fprintf(stderr, "not as it should be: %s\n", what.c_str());
+    std::fprintf(stderr, "not as it should be: %s %s\n", what, which.c_str());
     std::abort();
 }
 
 void check(const Directions& directions) {
     require(directions.count() > 0, "no directions");
-    for (const float x : directions.data())
-        require(std::isfinite(x), "a direction that is not finite");
+    require(std::all_of(directions.data().begin(), directions.data().end(),
+                        [](float x) { return std::isfinite(x); }),
+            "a direction that is not finite");
 }
 
 void check(const Samples& samples) {
@@ -169,8 +171,8 @@ void write_png(const Image& image, const std::string& path) {
     png.width = static_cast<png_uint_32>(image.width);
     png.height = static_cast<png_uint_32>(image.height);
     png.format = PNG_FORMAT_GRAY;
-    require(png_image_write_to_file(&png, path.c_str(), 0, bytes.data(), 0, nullptr) != 0,
-            "no PNG " + path);
+    require(png_image_write_to_file(&png, path.c_str(), 0, bytes.data(), 0, nullptr) != 0, "no PNG",
+            path);
 }
 
 } // namespace brdfit::fuzz

@@ -21,7 +21,7 @@ const std::string& input_file(const std::uint8_t* data, std::size_t size);
 const std::string& folder();
 
 /// Ends the process where `holds` is not true.
-void require(bool holds, const std::string& what);
+void require(bool holds, const char* what, const std::string& which = "");
 
 /// Calls read(). Whether it returned; where it threw an InputError, its message must begin with
 /// `path`.
@@ -31,7 +31,7 @@ bool reads(const std::string& path, const Read& read) {
         read();
     } catch (const InputError& error) {
         const std::string message = error.what();
-        require(message.rfind(path + ": ", 0) == 0, "a message without the file: " + message);
+        require(message.rfind(path + ": ", 0) == 0, "a message without the file", message);
         return false;
     }
     return true;
