@@ -10,8 +10,9 @@
 
 namespace brdfit {
 
-/// Calls body(begin, end) on pieces of [0, count) of at most `piece`, on all cores. An exception
-/// from a piece is thrown again here, after all have stopped.
+/// Calls body(begin, end) on pieces of [0, count) of at most `piece`, on all cores, or as many as
+/// the system gives threads for. An exception from a piece is thrown again here, after all have
+/// stopped.
 template <typename Body>
 void parallel_pieces(std::size_t count, std::size_t piece, Body body) {
     const std::size_t pieces = (count + piece - 1) / piece;
@@ -31,8 +32,12 @@ void parallel_pieces(std::size_t count, std::size_t piece, Body body) {
         }
     };
     std::vector<std::thread> threads;
-    for (std::size_t i = 1; i < workers; ++i)
-        threads.emplace_back(work);
+    threads.reserve(workers);
+    try {
+        for (std::size_t i = 1; i < workers; ++i)
+            threads.emplace_back(work);
+    } catch (const std::exception&) { // no more threads or memory: those there do it all
+    }
     work();
     for (std::thread& thread : threads)
         thread.join();

@@ -3,7 +3,13 @@
 #include "host/image/image.hpp"
 #include "tests/support/support.hpp"
 
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfTiledOutputFile.h>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <gtest/gtest.h>
 #include <limits>
 #include <png.h>
@@ -147,6 +153,111 @@ TEST(Exr, a_header_cannot_make_it_allocate) {
         test::write_file(path, bytes);
         EXPECT_TRUE(refused(path, read_exr));
     }
+}
+
+// A header's sizes are judged before anything is allocated for them.
+TEST(Exr, sizes_of_a_header_are_errors_with_their_place) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.exr";
+    const auto number = [](std::int64_t value) {
+        std::string bytes;
+        for (int i = 0; i < 4; ++i)
+            bytes += static_cast<char>(value >> (8 * i));
+        return bytes;
+    };
+    const std::string start = "\x76\x2f\x31\x01" + number(2);
+    const auto attribute = [&](const std::string& name, const std::string& type,
+                               const std::string& value) {
+        return name + '\0' + type + '\0' + number(static_cast<std::int64_t>(value.size())) + value;
+    };
+    const auto window = [&](std::int64_t right, std::int64_t bottom) {
+        return attribute("dataWindow", "box2i",
+                         number(0) + number(0) + number(right) + number(bottom));
+    };
+    const std::string channels =
+        attribute("channels", "chlist",
+                  std::string("R\0", 2) + number(2) + number(0) + number(1) + number(1) + '\0');
+    const std::string compression = attribute("compression", "compression", std::string(1, '\0'));
+    const std::string zero(1, '\0'), tiled_start = "\x76\x2f\x31\x01" + number(0x202),
+                                     parts_start = "\x76\x2f\x31\x01" + number(0x1002);
+    const auto tiles = [&](std::int64_t width, std::int64_t height) {
+        return attribute("tiles", "tiledesc", number(width) + number(height) + zero);
+    };
+    const std::string huge_attribute = std::string("a\0string\0", 9) + number(2147483647);
+    const std::vector<std::pair<std::string, std::string>> files{
+        {start + huge_attribute, "attribute 'a': byte 21: a size of 2147483647 bytes"},
+        {start + std::string("a\0string\0", 9) + number(-1), "attribute 'a': a size of -1"},
+        {start + std::string(300, 'n'), "byte 8: a name does not end within 256 bytes"},
+        {start + std::string("a\0str", 5), "byte 10: a name"},
+        {start + attribute("channels", "chlist", "R"), "attribute 'channels': byte 28"},
+        {start + attribute("dataWindow", "box2i", std::string(17, '\0')),
+         "attribute 'dataWindow': byte 29: a size of 17 bytes; expected 16"},
+        {start + attribute("channels", "chlist", std::string(3, '\0')), "2 bytes after the last"},
+        {start + channels + compression + zero, "has no attribute dataWindow"},
+        {start + window(0, 1) + compression + zero, "has no attribute channels"},
+        {start + channels + compression + window(-5, 0) + zero, "attribute 'dataWindow'"},
+        {start + channels + compression + window(1 << 26, 0) + zero, "67108865 x 1 pixels"},
+        {start + channels + compression + window(0, 5000) + zero, "cannot hold 5001 chunks"},
+        {start + channels + attribute("compression", "compression", "\x09") + window(1 << 20, 0) +
+             std::string(1000, '\0'),
+         "chunks of 1048577 x 256 pixels"},
+        {start + channels + attribute("compression", "compression", "\x0a") + window(0, 0) + zero,
+         "compression 10"},
+        {start + channels + compression + window(0, 0) +
+             attribute("chunkCount", "int", number(2147483647)) + zero,
+         "cannot hold 2147483647 chunks"},
+        {tiled_start + channels + compression + window(3, 3) + zero, "has no attribute tiles"},
+        {tiled_start + channels + compression + window(3, 3) + tiles(30000, 30000) + zero,
+         "chunks of 30000 x 30000 pixels"},
+        {tiled_start + channels + compression + window(999, 999) + tiles(1, 1) + zero,
+         "cannot hold 1000000 chunks"},
+        {tiled_start + channels + compression + window(3, 3) + tiles(0, 1) + zero,
+         "attribute 'tiles'"},
+        {parts_start + channels + compression + window(3, 3) + zero + huge_attribute,
+         "part 1: attribute 'a': byte"},
+    };
+    for (const auto& [bytes, problem] : files) {
+        test::write_file(path, bytes);
+        const std::string message = test::complaint([&] { read_exr_parts(path); });
+        EXPECT_NE(message.find(problem), std::string::npos) << message;
+        EXPECT_EQ(message.find(path + ": "), 0U) << message;
+    }
+    // The file of 21 bytes takes no memory of its own.
+    test::write_file(path, files[0].first);
+    EXPECT_EQ(std::filesystem::file_size(path), 21U);
+#ifndef __SANITIZE_ADDRESS__ // which needs all addresses
+    const auto refuse_in_little_memory = [&] {
+        test::limit_memory(std::size_t{1} << 26);
+        std::exit(refused(path, read_exr) ? 0 : 1);
+    };
+    EXPECT_EXIT(refuse_in_little_memory(), testing::ExitedWithCode(0), "");
+#endif
+}
+
+TEST(Exr, tiles_and_long_names_are_read) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "a.exr";
+    Image image = noise(37, 21);
+    image.metadata[std::string(200, 'm')] = std::string(100000, 'x');
+    write_exr(image, path, ExrPixel::Float);
+    EXPECT_EQ(read_exr(path).metadata, image.metadata);
+
+    Imf::Header header(37, 21);
+    header.setTileDescription(Imf::TileDescription(64, 16, Imf::MIPMAP_LEVELS));
+    header.channels().insert("R", Imf::Channel(Imf::FLOAT));
+    {
+        Imf::TiledOutputFile file(path.c_str(), header);
+        for (int level = 0; level < file.numLevels(); ++level) {
+            std::vector<float> small(37 * 21);
+            Imf::FrameBuffer of_level;
+            of_level.insert("R", Imf::Slice::Make(
+                                     Imf::FLOAT, level == 0 ? image.planes[0].data() : small.data(),
+                                     file.dataWindowForLevel(level)));
+            file.setFrameBuffer(of_level);
+            file.writeTiles(0, file.numXTiles(level) - 1, 0, file.numYTiles(level) - 1, level);
+        }
+    }
+    EXPECT_EQ(read_exr(path).planes[0], image.planes[0]);
 }
 
 TEST(Png, values_are_linear_light) {

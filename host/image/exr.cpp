@@ -2,6 +2,7 @@
 
 #include "host/error.hpp"
 #include "host/files/file.hpp"
+#include "host/image/exr_header.hpp"
 #include "host/image/limits.hpp"
 
 #include <ImfChannelList.h>
@@ -74,7 +75,7 @@ std::map<std::string, std::string> string_attributes(const Imf::Header& header) 
     return found;
 }
 
-Image read_part(Imf::MultiPartInputFile& input, int number, std::size_t bytes) {
+Image read_part(Imf::MultiPartInputFile& input, int number) {
     const Imf::Header& header = input.header(number);
     if (header.hasType() && !Imf::isImage(header.type()))
         throw InputError(fmt::format("part {} is deep; expected a flat image", number));
@@ -89,7 +90,6 @@ Image read_part(Imf::MultiPartInputFile& input, int number, std::size_t bytes) {
                 "channel {} is subsampled; expected a value for every pixel", c.name()));
         image.channels.emplace_back(c.name());
     }
-    check_image_size(image.width, image.height, image.channels.size(), bytes);
 
     Imf::FrameBuffer frame;
     for (const std::string& channel : image.channels) {
@@ -104,18 +104,15 @@ Image read_part(Imf::MultiPartInputFile& input, int number, std::size_t bytes) {
 
 // The first `most` parts.
 std::vector<Image> read_parts(const std::string& path, int most) {
-    constexpr int most_parts = 1024;
     const MappedFile file(path);
     try {
+        check_exr_headers(file.bytes());
         BytesIn stream(file);
         Imf::MultiPartInputFile input(stream, 0);
-        if (input.parts() > most_parts)
-            throw InputError(
-                fmt::format("{} parts; expected at most {}", input.parts(), most_parts));
         std::vector<Image> images;
         std::size_t values = 0;
         for (int k = 0; k < std::min(most, input.parts()); ++k) {
-            images.push_back(read_part(input, k, file.bytes().size()));
+            images.push_back(read_part(input, k));
             const Image& image = images.back();
             values += image.width * image.height * image.channels.size();
             check_image_size(values, 1, 1, file.bytes().size());

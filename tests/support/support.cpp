@@ -9,6 +9,7 @@
 #include <iterator>
 #include <spawn.h>
 #include <stdexcept>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -82,6 +83,15 @@ Outcome run_program(const std::vector<std::string>& arguments,
     std::vector<std::string> command{BRDFIT_PROGRAM};
     command.insert(command.end(), arguments.begin(), arguments.end());
     return run_command(command, environment, meanwhile);
+}
+
+void limit_memory(std::size_t more) {
+    std::size_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    const rlim_t most = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + more;
+    const rlimit limit{most, most};
+    if (setrlimit(RLIMIT_AS, &limit) != 0)
+        throw std::runtime_error("cannot limit the memory");
 }
 
 Variable::Variable(const std::string& name, const char* value) : name_(name) {

@@ -51,6 +51,10 @@ Outcome run_program(const std::vector<std::string>& arguments,
                     const std::vector<std::string>& environment = {},
                     const std::function<void(pid_t)>& meanwhile = {});
 
+/// Lets this process take at most so many bytes of addresses more than it has: for a child that is
+/// about to end. Not with AddressSanitizer, which needs them all.
+void limit_memory(std::size_t more);
+
 /// An environment variable of this process that has another value as long as the object lives;
 /// nullptr: none.
 class Variable {
