@@ -12,7 +12,7 @@ if [ "${1-}" = one ]; then
     # A finding is also: over 2 GB, over 10 seconds an input, memory that is not freed.
     "tests/fuzz/fuzz_$name" "corpus/$name" "seeds/$name" -runs="$runs" -max_len=8192 -dict="seeds/$name.dict" \
         -rss_limit_mb=2048 -timeout=10 -artifact_prefix="findings/$name-" >"findings/$name.log" 2>&1 || {
-        tail -n 40 "findings/$name.log"
+        sed -n '/ERROR\|as it should be\|runtime error\|terminate called/,$p' "findings/$name.log" | head -n 40
         file=$(sed -n 's/.*Test unit written to //p' "findings/$name.log" | tail -n 1)
         echo "fuzz_$name: a finding; again: $PWD/tests/fuzz/fuzz_$name $PWD/$file"
         exit 255
@@ -43,9 +43,9 @@ trap 'rm -rf "$TMPDIR"' EXIT
 trap 'exit 130' INT TERM
 tests/fuzz/fuzz_seeds seeds
 
-# Names and shares, a thousandth of the inputs each: fewer of those that take long.
-xargs -n 2 -P "$(nproc)" sh -c 'exec sh "$0" one "$1" $(('"$runs"' * $2 / 1000 + 1))' "$script" <<END
-merl 1 table_description 20 distribution 40 material 60 table_file 40 exr 40
-measured 80 scattered 80 astm 80 cornell 80 npy 80 directions 80 tabulated 60
-table_spec 80 png 60 tuning 60 bench_record 59
+# Names and shares, of ten thousand inputs: fewer of those that take long.
+xargs -n 2 -P "$(nproc)" sh -c 'exec sh "$0" one "$1" $(('"$runs"' * $2 / 10000 + 1))' "$script" <<END
+merl 2 table_description 198 table_file 400 exr 400 distribution 400 material 600
+measured 800 scattered 800 astm 800 cornell 800 npy 800 directions 800 tabulated 600
+table_spec 800 png 600 tuning 600 bench_record 600
 END
