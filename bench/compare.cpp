@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <tuple>
 #include <utility>
 
@@ -11,15 +12,18 @@ namespace brdfit::bench {
 
 namespace {
 
-bool same_place(const Record::Row& a, const Record::Row& b) {
-    return std::tie(a.device, a.work, a.model, a.threads) ==
-           std::tie(b.device, b.work, b.model, b.threads);
+/// The rows by what names them, of equal ones the first.
+using Places = std::map<std::tuple<std::string, std::string, std::string, int>, const Record::Row*>;
+
+auto place_of(const Record::Row& row) {
+    return std::tuple(row.device, row.work, row.model, row.threads);
 }
 
-const Record::Row* find(const std::vector<Record::Row>& rows, const Record::Row& wanted) {
-    const auto found = std::find_if(
-        rows.begin(), rows.end(), [&](const Record::Row& row) { return same_place(row, wanted); });
-    return found == rows.end() ? nullptr : &*found;
+Places places_of(const Record& record) {
+    Places places;
+    for (const Record::Row& row : record.rows)
+        places.emplace(place_of(row), &row);
+    return places;
 }
 
 Record::Row row_of(const Json& json, const Place& at) {
@@ -63,16 +67,17 @@ Record read_record(const std::string& path) {
 
 Comparison compare(const Record& before, const Record& after, double least) {
     Comparison comparison;
+    const Places in_before = places_of(before), in_after = places_of(after);
     for (const Record::Row& row : before.rows) {
-        const Record::Row* const other = find(after.rows, row);
-        if (other == nullptr)
+        const auto other = in_after.find(place_of(row));
+        if (other == in_after.end())
             comparison.gone.push_back(row);
         else
             comparison.changes.push_back(
-                {row, *other, std::max(least, row.spread + other->spread)});
+                {row, *other->second, std::max(least, row.spread + other->second->spread)});
     }
     for (const Record::Row& row : after.rows)
-        if (find(before.rows, row) == nullptr)
+        if (in_before.count(place_of(row)) == 0)
             comparison.added.push_back(row);
     return comparison;
 }

@@ -26,8 +26,12 @@ namespace brdfit {
 
 namespace {
 
+using test::astm_example;
 using test::changed;
 using test::complaint;
+using test::cornell_example;
+using test::csv_example;
+using test::csv_head;
 using test::expect_whole;
 using test::merl_header;
 using test::Mutations;
@@ -36,15 +40,6 @@ using test::TemporaryFolder;
 using test::write_file;
 
 constexpr std::size_t merl_size = 12 + 3 * merl::bins * sizeof(double);
-
-const std::string csv_head = "theta_i,phi_i,theta_o,phi_o,R,G\n";
-const std::string csv_example = csv_head + "0.5,0,0.25,3,0.1,0.2\n0.5,0,0.75,-1.5,-0.01,2e-2\n";
-const std::string astm_example = "LAB_NAME A laboratory\nNUM_POINTS 2\n"
-                                 "VARS theta_i,phi_i,theta_s,phi_s,R,G\n\n"
-                                 "0.872665,0.0,0.573513,0.1,0.011364,-0.000779\n"
-                                 "0.698132,0.0,0.427512,-0.2,0.012770,0.000718\n";
-const std::string cornell_example = "# num wls\n3\n\n# wls\n400 450\n500\n\n# theta i, ...\n\n"
-                                    "0.5 0.0 0.25 0.0 0.1 0.2 0.3\n0.6 0.0 0.35 1.0 0.5 0.6 0.7\n";
 
 class BadMeasured : public testing::Test {
   protected:

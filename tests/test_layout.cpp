@@ -26,7 +26,7 @@ const std::vector<std::vector<std::string>> order = {
     {"host/table"},     {"host/cli"},      {"fit"},
     {"fit/cli"},        {"bench/native"},  {"bench"},
     {"bench/cli"},      {"bench/micro"},   {"tests/support"},
-    {"tests"},
+    {"tests/fuzz"},     {"tests"},
 };
 
 // The level of a room, or -1 where the list has none of that name.

@@ -2,6 +2,7 @@
 #include "host/error.hpp"
 #include "host/files/json.hpp"
 #include "host/model/material.hpp"
+#include "tests/support/examples.hpp"
 #include "tests/support/support.hpp"
 
 #include <filesystem>
@@ -15,15 +16,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A material with every part the format has.
 Json example() {
-    return Json::parse(R"({
-        "brdfit": 1, "channels": ["R", "G", "B"],
-        "diffuse": {"model": "lambert", "kd": [0.1, 0.2, 0.3]},
-        "lobes": [{"model": "kurt", "ks": [0.5, 0.5, 0.5], "f0": 0.05, "mx": 0.2, "my": 0.3, "alpha": 0.1},
-                  {"model": "ward", "ks": [0.25, 0, 1], "m": 0.2}],
-        "fit": {"source": "a.binary", "error": {"ngan": 0.01}, "at_bound": ["f0"],
-                "standard_errors": {"mx": 0.001}, "note": null}})");
+    return Json::parse(test::material_example);
 }
 
 Material parse(const Json& json) {

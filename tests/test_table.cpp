@@ -303,6 +303,8 @@ TEST(TableSpecification, refuses_what_it_does_not_know) {
             R"({"axes": [{"axis": "roughness", "size": 1e9}]})",
             R"({"axes": [{"axis": "roughness", "size": 2.5}]})",
             R"({"quantity": "scale-bias", "axes": [{"axis": "roughness", "size": 4}, {"axis": "ior", "size": 4}]})",
+            R"({"axes": [{"axis": "roughness", "size": 4}, {"axis": "ior", "size": 2, "mapping": "openpbr"}]})",
+            R"({"axes": [{"axis": "roughness", "size": 4}, {"axis": "ior", "size": 5, "mapping": "openpbr"}]})",
             R"({"axes": [{"axis": "roughness", "size": 4096}, {"axis": "cos_theta", "size": 4096}]})",
             std::string(5000, '[')})
         EXPECT_THROW(parse_table_spec(text, "spec"), InputError) << text.substr(0, 100);

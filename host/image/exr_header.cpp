@@ -144,8 +144,10 @@ void note(Part& part, std::string_view name, std::string_view type, Walk walk) {
     if (const auto known = sizes.find(type); known != sizes.end() && walk.left() != known->second)
         walk.fail(fmt::format("a size of {} bytes; expected {} for type {}", walk.left(),
                               known->second, type));
-    if (name == "channels" && type == "chlist") {
-        part.channels = count_channels(walk);
+    if (type == "chlist") { // whatever its name is, OpenEXR reads to the last channel
+        const std::size_t channels = count_channels(walk);
+        if (name == "channels")
+            part.channels = channels;
     } else if (name == "dataWindow" && type == "box2i") {
         part.window = read_window(walk);
     } else if (name == "tiles" && type == "tiledesc") {

@@ -80,8 +80,8 @@ Axis parse_axis(const Json& json, const Place& at, const Model& model) {
     if (const Json* const value = optional(json, "mapping")) {
         axis.reciprocal =
             parse_choice<bool>(*value, at.member("mapping"), {{"power", false}, {"openpbr", true}});
-        if (axis.reciprocal && axis.size % 2 != 0)
-            at.member("size").fail(size, "an even number for the mapping openpbr");
+        if (axis.reciprocal && (axis.size % 2 != 0 || axis.size < 4))
+            at.member("size").fail(size, "an even number of at least 4 for the mapping openpbr");
     }
     const bool ior = axis.kind == AxisKind::Ior;
     if (ior) {

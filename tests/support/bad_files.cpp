@@ -2,14 +2,6 @@
 
 namespace brdfit::test {
 
-std::string npy_example() {
-    const std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 6), }\n";
-    const float rows[12] = {0, 0, 1, 0.6F, 0, 0.8F, 0, 0, 1, 0, 1, 0};
-    std::string bytes("\x93NUMPY\x01\x00", 8);
-    bytes += {static_cast<char>(header.size()), '\0'};
-    return bytes + header + std::string(reinterpret_cast<const char*>(rows), sizeof rows);
-}
-
 std::string changed(std::string text, const std::string& from, const std::string& to) {
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from;

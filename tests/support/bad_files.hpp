@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tests/support/examples.hpp"
 #include "tests/support/support.hpp"
 
 #include <gtest/gtest.h>
@@ -9,9 +10,6 @@
 // What the tests of broken files share.
 
 namespace brdfit::test {
-
-/// A file with the bytes of one that NumPy writes: two pairs of directions.
-std::string npy_example();
 
 /// The text with the first `from` replaced by `to`.
 std::string changed(std::string text, const std::string& from, const std::string& to);

@@ -24,11 +24,6 @@ Directions Measured::directions(const std::string& bytes) {
     return read_directions(folder / "directions.dat");
 }
 
-std::string merl_header(std::int32_t a, std::int32_t b, std::int32_t c) {
-    const std::int32_t dimensions[] = {a, b, c};
-    return {reinterpret_cast<const char*>(dimensions), sizeof dimensions};
-}
-
 std::vector<float> npy_values(const std::string& path, std::size_t rows, std::size_t columns) {
     const std::string bytes = read_file(path);
     EXPECT_EQ(bytes.substr(0, 8), std::string("\x93NUMPY\x01\x00", 8));

@@ -3,9 +3,9 @@
 #include "host/directions.hpp"
 #include "host/files/directions.hpp"
 #include "host/measured/read.hpp"
+#include "tests/support/examples.hpp"
 #include "tests/support/support.hpp"
 
-#include <cstdint>
 #include <gtest/gtest.h>
 #include <optional>
 #include <string>
@@ -28,8 +28,6 @@ class Measured : public testing::Test {
     TemporaryFolder folder;
 };
 
-/// The bytes ahead of a MERL file's values.
-std::string merl_header(std::int32_t a, std::int32_t b, std::int32_t c);
 /// The values of a float32 .npy file whose header says (rows, columns).
 std::vector<float> npy_values(const std::string& path, std::size_t rows, std::size_t columns);
 /// Bytes of a .npy file.

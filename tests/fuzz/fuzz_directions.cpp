@@ -1,0 +1,10 @@
+#include "host/files/directions.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+using namespace brdfit;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const std::string& path = fuzz::input_file(data, size);
+    fuzz::reads(path, [&] { fuzz::check(read_directions(path)); });
+    return 0;
+}

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+// Small whole files of the formats that are read: what tests break and fuzzers begin with.
+
+namespace brdfit::test {
+
+inline const std::string csv_head = "theta_i,phi_i,theta_o,phi_o,R,G\n";
+inline const std::string csv_example =
+    csv_head + "0.5,0,0.25,3,0.1,0.2\n0.5,0,0.75,-1.5,-0.01,2e-2\n";
+inline const std::string astm_example = "LAB_NAME A laboratory\nNUM_POINTS 2\n"
+                                        "VARS theta_i,phi_i,theta_s,phi_s,R,G\n\n"
+                                        "0.872665,0.0,0.573513,0.1,0.011364,-0.000779\n"
+                                        "0.698132,0.0,0.427512,-0.2,0.012770,0.000718\n";
+inline const std::string cornell_example =
+    "# num wls\n3\n\n# wls\n400 450\n500\n\n# theta i, ...\n\n"
+    "0.5 0.0 0.25 0.0 0.1 0.2 0.3\n0.6 0.0 0.35 1.0 0.5 0.6 0.7\n";
+/// A material with every part the format has.
+inline const std::string material_example = R"({
+        "brdfit": 1, "channels": ["R", "G", "B"],
+        "diffuse": {"model": "lambert", "kd": [0.1, 0.2, 0.3]},
+        "lobes": [{"model": "kurt", "ks": [0.5, 0.5, 0.5], "f0": 0.05, "mx": 0.2, "my": 0.3, "alpha": 0.1},
+                  {"model": "ward", "ks": [0.25, 0, 1], "m": 0.2}],
+        "fit": {"source": "a.binary", "error": {"ngan": 0.01}, "at_bound": ["f0"],
+                "standard_errors": {"mx": 0.001}, "note": null}})";
+
+/// A file with the bytes of one that NumPy writes: two pairs of directions.
+inline std::string npy_example() {
+    const std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 6), }\n";
+    const float rows[12] = {0, 0, 1, 0.6F, 0, 0.8F, 0, 0, 1, 0, 1, 0};
+    std::string bytes("\x93NUMPY\x01\x00", 8);
+    bytes += {static_cast<char>(header.size()), '\0'};
+    return bytes + header + std::string(reinterpret_cast<const char*>(rows), sizeof rows);
+}
+
+/// The bytes ahead of a MERL file's values.
+inline std::string merl_header(std::int32_t a, std::int32_t b, std::int32_t c) {
+    const std::int32_t dimensions[] = {a, b, c};
+    return {reinterpret_cast<const char*>(dimensions), sizeof dimensions};
+}
+
+} // namespace brdfit::test
