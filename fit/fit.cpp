@@ -498,7 +498,7 @@ FileFitter::Conserving& FileFitter::conserving(const Structure& structure) {
     return conserving_.emplace(structure.key(), std::move(found)).first->second;
 }
 
-FitResult FileFitter::fit(const Structure& structure) {
+FitResult FileFitter::fit(const Structure& structure, const ProgressFunction& progress) {
     const auto started = std::chrono::steady_clock::now();
     const double building = programs_.build_seconds();
     Conserving* const conserved = options_.conserve ? &conserving(structure) : nullptr;
@@ -511,6 +511,7 @@ FitResult FileFitter::fit(const Structure& structure) {
     if (conserved != nullptr)
         objective.limit_albedos(conserved->limit);
     for (int i = 0; i < options_.random_starts; ++i) {
+        tell(progress, (i + 1.0) / (options_.random_starts + 1)); // the search is one, about
         const std::vector<double> theta =
             fit.space.random(options_.seed, static_cast<std::uint64_t>(i));
         Solution other = polish(objective, fit.space, {theta, {}, 0}, full_polish());

@@ -9,6 +9,7 @@
 #include "fit/uncertainty.hpp"
 #include "host/measured/samples.hpp"
 #include "host/model/material.hpp"
+#include "host/progress.hpp"
 
 #include <limits>
 #include <map>
@@ -85,7 +86,7 @@ class FileFitter {
 
     /// The global optimum: search, polish, errors and standard errors. Structures that this one
     /// extends are fitted too, once, as they are among its starting points.
-    FitResult fit(const Structure& structure);
+    FitResult fit(const Structure& structure, const ProgressFunction& progress = {});
 
   private:
     // theta with kd and ks solved for it; `a` may be empty in a start.

@@ -50,13 +50,18 @@ std::size_t edits(const std::string& a, const std::string& b) {
 }
 
 // The parameters that the structures have, those nearest to `name` first.
-std::string known_names(const std::vector<Structure>& structures, const std::string& name) {
+// `number`: of one lobe, or 0.
+std::string known_names(const std::vector<Structure>& structures, const std::string& name,
+                        int number) {
     std::vector<std::string> names;
     for (const Structure& structure : structures)
-        for (const Model* lobe : structure.lobes)
-            for (const Parameter& parameter : lobe->parameters(structure.isotropic))
+        for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
+            if (number != 0 && l + 1 != static_cast<std::size_t>(number))
+                continue;
+            for (const Parameter& parameter : structure.lobes[l]->parameters(structure.isotropic))
                 if (std::find(names.begin(), names.end(), parameter.name) == names.end())
                     names.push_back(parameter.name);
+        }
     std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
         return edits(name, a) < edits(name, b);
     });
@@ -86,9 +91,11 @@ void check(const FitRequest& request) {
                 throw UsageError(
                     range.lobe == 0
                         ? fmt::format("no model asked for has a parameter '{}'; they have {}",
-                                      range.name, known_names(structures, range.name))
-                        : fmt::format("no fit asked for has a parameter '{}.{}'", range.lobe,
-                                      range.name));
+                                      range.name, known_names(structures, range.name, 0))
+                        : fmt::format(
+                              "no fit asked for has a parameter '{0}.{1}'; lobe {0} has {2}",
+                              range.lobe, range.name,
+                              known_names(structures, range.name, range.lobe)));
         }
     }
 }

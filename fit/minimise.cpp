@@ -3,6 +3,7 @@
 #include "host/error.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <exception>
@@ -108,6 +109,12 @@ std::string algorithm_named(const std::string& name) {
     std::transform(known.begin(), known.end(), known.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     throw UsageError(fmt::format("unknown algorithm '{}'; known: {}", name, known));
+}
+
+bool is_stochastic(const std::string& algorithm) {
+    constexpr std::array drawing{"CRS2", "ISRES", "ESCH", "RAND"};
+    return std::any_of(drawing.begin(), drawing.end(),
+                       [&](const char* part) { return algorithm.find(part) != std::string::npos; });
 }
 
 Minimum minimise(const Function& function, const std::vector<double>& start,

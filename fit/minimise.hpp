@@ -14,6 +14,9 @@ using Function = std::function<double(const std::vector<double>& x, std::vector<
 /// Throws UsageError for an unknown name, or one that cannot work on a box.
 std::string algorithm_named(const std::string& name);
 
+/// Whether the algorithm, as algorithm_named returns it, draws random numbers.
+bool is_stochastic(const std::string& algorithm);
+
 struct MinimiseOptions {
     std::string algorithm = "LD_SLSQP"; ///< as algorithm_named returns it
     int max_evaluations = 300;

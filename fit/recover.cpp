@@ -364,7 +364,7 @@ Recovered recover(const Device& device, const Generator& generator, const Sample
 
     std::vector<double> best_x = best_analytic;
     double best = infinity, best_outside = 0;
-    const double first = 0.2; // of the progress
+    const double first = 0.2, last = 0.95; // of the progress
     for (std::size_t s = 0; s < starts.size(); ++s) {
         const std::vector<double> from = starts[s].family.log_p(problem.nodes, starts[s].theta);
         std::vector<double> lower(from), upper(from);
@@ -377,7 +377,7 @@ Recovered recover(const Device& device, const Generator& generator, const Sample
             int done = 0;
             const double w = smoothness * analytic;
             const auto error = [&](const std::vector<double>& x, std::vector<double>* gradient) {
-                progress(first + (1 - first) *
+                progress(first + (last - first) *
                                      (static_cast<double>(s) +
                                       static_cast<double>(done++) / options.evaluations) /
                                      static_cast<double>(starts.size()));
@@ -409,8 +409,8 @@ Recovered recover(const Device& device, const Generator& generator, const Sample
     const double most = *std::max_element(best_x.begin(), best_x.end());
     for (const double x : best_x)
         p.push_back(std::exp(x - most));
-    result.table =
-        generator.generate(problem.nodes.distribution(p), options.generator, samples.source);
+    result.table = generator.generate(problem.nodes.distribution(p), options.generator,
+                                      samples.source, part_of(progress, last, 1));
     result.f0 = problem.f0;
     result.kd = problem.kd;
     result.ks = problem.ks;

@@ -2,8 +2,8 @@
 
 #include "fit/objective.hpp"
 #include "host/microfacet/generator.hpp"
+#include "host/progress.hpp"
 
-#include <functional>
 #include <vector>
 
 namespace brdfit {
@@ -12,7 +12,7 @@ struct RecoverOptions {
     double max_theta = 80; ///< degrees; samples beyond are dropped
     int evaluations = 600; ///< of the error, at most, in one descent
     GeneratorOptions generator;
-    std::function<void(double share)> progress; ///< told the share of the work done; may be empty
+    ProgressFunction progress;
 };
 
 /// A distribution of normals that measurements imply, and the material it makes.

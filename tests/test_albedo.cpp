@@ -360,6 +360,47 @@ TEST(AlbedoCommand, writes_csv_exr_and_plots) {
     EXPECT_GT(json[0]["channels"][1]["hemispherical"].get<double>(), 0.9);
 }
 
+TEST(Albedo, tells_its_progress) {
+    test::told_shares([](const ProgressFunction& progress) {
+        albedo(device(), kurt(0.3, 0.5), {20, 2}, 1e-4, progress);
+    });
+    test::told_shares([](const ProgressFunction& progress) {
+        measured_albedo(synthesise_merl(device(), kurt(0.3, 0), 0, 1, ""), {3, 1}, 1e-1, progress);
+    });
+}
+
+TEST(AlbedoCommand, prints_the_file_without_one) {
+    const TemporaryFolder folder;
+    const std::string material = folder / "paint.json", out = folder / "a.csv";
+    test::write_file(material, paint);
+    ASSERT_EQ(run_program({"albedo", material, "--theta", "4", "-o", out}).status, 0);
+    const auto printed = run_program({"albedo", material, "--theta", "4"});
+    EXPECT_EQ(printed.status, 0) << printed.err;
+    EXPECT_EQ(printed.out, test::read_file(out));
+    const auto json = run_program({"albedo", material, material, "--theta", "4", "--json"});
+    EXPECT_EQ(json.status, 0) << json.err;
+    EXPECT_EQ(nlohmann::json::parse(json.out).size(), 2U);
+    EXPECT_EQ(run_program({"albedo", material, material}).status, 2);
+}
+
+// The second file does not take the option: what there is of the first shall not be done.
+TEST(AlbedoCommand, refuses_options_before_any_work) {
+    const TemporaryFolder folder;
+    const std::string material = folder / "paint.json";
+    test::write_file(material, paint);
+    test::write_file(folder / "rows.csv", "theta_i,phi_i,theta_o,phi_o,Y\n0,0,0,0,1\n");
+    const auto run = run_program({"albedo", material, folder / "rows.csv", "--tolerance", "1e-8",
+                                  "--theta", "100", "-o", folder / "a.svg"});
+    EXPECT_EQ(run.status, 2) << run.err;
+    for (const char* option : {"--theta", "--tolerance"})
+        EXPECT_EQ(
+            run_program({"albedo", material, folder / "rows.csv", option,
+                         option == std::string("--theta") ? "5" : "1e-3", "-o", folder / "a.svg"})
+                .status,
+            2);
+    EXPECT_EQ(run_program({"albedo", material, folder / "none", "-o", folder / "a.svg"}).status, 1);
+}
+
 TEST(AlbedoCommand, does_not_depend_on_threads) {
     const TemporaryFolder folder;
     test::write_file(folder / "paint.json", paint);

@@ -133,6 +133,112 @@ TEST(Program, wrong_usage_ends_with_2_and_a_message) {
     }
 }
 
+TEST(Program, an_unknown_command_is_named_with_the_nearest_first) {
+    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"tabel"},
+                                                      {"tabel", "--help"},
+                                                      {"--device", "0", "tabel"},
+                                                      {"help", "tabel"}}) {
+        const Outcome outcome = run_program(arguments);
+        expect_usage_error(outcome, "tabel: no such command; known: table, ");
+        EXPECT_NE(outcome.err.find("fit"), std::string::npos) << outcome.err;
+        EXPECT_EQ(outcome.out, "");
+    }
+    EXPECT_NE(run_program({"--help"}).out.find("brdfit help COMMAND"), std::string::npos);
+}
+
+TEST_F(Cli, a_device_is_refused_where_none_is_used) {
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"info", folder / "paint.csv"},
+          {"convert", folder / "paint.csv", folder / "o.csv"},
+          {"models"},
+          {"devices"},
+          {"albedo", folder / "paint.csv"}}) {
+        std::vector<std::string> all{"--device", "0"};
+        all.insert(all.end(), arguments.begin(), arguments.end());
+        expect_usage_error(run_program(all), "--device");
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "o.csv"));
+}
+
+TEST_F(Cli, a_file_of_another_kind_is_named) {
+    const std::string material = folder / "paint.json", measured = folder / "paint.csv",
+                      directions = folder / "d.csv", spec = folder / "g.json",
+                      layout = folder / "t.json", merl = folder / "paint.binary";
+    write_file(directions, "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0,0,1\n");
+    write_file(spec, R"({"distribution": "gaussian", "sigma_x": 0.1, "sigma_y": 0.1})");
+    write_file(layout, R"({"axes": []})");
+    ASSERT_EQ(run_program({"synth", material, merl}).status, 0);
+    ASSERT_EQ(run_program({"generate", spec, "-o", folder / "g.exr"}).status, 0);
+    const std::string out = folder / "o.csv";
+    const std::vector<std::pair<std::string, std::string>> kinds = {
+        {measured, "is a measurement (scattered CSV)"},
+        {merl, "is a measurement (MERL .binary)"},
+        {material, "is a material"},
+        {directions, "is a table of directions (CSV)"},
+        {spec, "is a distribution's specification"},
+        {layout, "is a table's specification"},
+        {folder / "g.exr", "is a distribution's table (OpenEXR)"}};
+    for (const auto& [file, says] : kinds) {
+        const std::string what = file + " " + says + "; expected ";
+        if (file != material) {
+            expect_input_error(run_program({"eval", file, directions, "-o", out}),
+                               what + "a material file");
+            expect_input_error(run_program({"pdf", file, directions, "-o", out}), what);
+            expect_input_error(run_program({"synth", file, out}), what);
+            expect_input_error(run_program({"sample", file, "--wo", "3,0", "-n", "3", "-o", out}),
+                               what);
+            expect_input_error(fit({"-m", "kurt", "--start", file}), what);
+        }
+        if (file != directions) {
+            expect_input_error(run_program({"eval", material, file, "-o", out}),
+                               what + "directions");
+            expect_input_error(
+                run_program({"sample", material, "--wo", file, "-n", "3", "-o", out}), what);
+            expect_input_error(run_program({"synth", material, out, "--directions", file}), what);
+        }
+        if (file != measured && file != merl) {
+            expect_input_error(run_program({"info", file}), what + "a measurement");
+            expect_input_error(run_program({"convert", file, out}), what);
+        }
+        if (file != spec)
+            expect_input_error(run_program({"generate", file, "-o", folder / "o.exr"}), what);
+        if (file != layout && file.find(".json") != std::string::npos)
+            expect_input_error(run_program({"table", file, "-o", out}), what);
+        if (file == directions || file == spec || file == layout || file == folder / "g.exr")
+            expect_input_error(run_program({"albedo", file}),
+                               what + "a material file or a measurement");
+    }
+    EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+// The inputs are not there: whatever is said of them would come after.
+TEST_F(Cli, endings_are_checked_before_the_inputs) {
+    const std::string out = folder / "o.txt", none = folder / "none";
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"eval", none, none, "-o", out},
+          {"pdf", none, none, "-o", out},
+          {"sample", none, "--wo", "3,0", "-n", "3", "-o", out},
+          {"convert", none, out},
+          {"synth", none, out},
+          {"albedo", none, "-o", out},
+          {"fit", none, "-m", "kurt", "-o", folder / "fits", "--csv", out}})
+        expect_usage_error(run_program(arguments), "o.txt: unknown ending; expected .");
+}
+
+TEST_F(Cli, a_seed_of_nothing_random_is_refused) {
+    write_file(folder / "d.csv", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0,0,1\n");
+    const std::string material = folder / "paint.json", out = folder / "o.csv";
+    expect_usage_error(
+        run_program({"synth", material, out, "--directions", folder / "d.csv", "--seed", "3"}),
+        "--seed");
+    expect_usage_error(run_program({"synth", material, folder / "o.binary", "--seed", "3"}),
+                       "--seed");
+    EXPECT_EQ(run_program({"synth", material, out, "--directions", folder / "d.csv", "--seed", "3",
+                           "--noise", "0.1"})
+                  .status,
+              0);
+}
+
 TEST(Devices, are_listed_with_one_default) {
     const Outcome text = run_program({"devices"});
     EXPECT_EQ(text.status, 0);

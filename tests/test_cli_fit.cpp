@@ -327,6 +327,17 @@ TEST_F(Cli, bounds_of_a_lobe_that_no_fit_has_are_wrong_usage) {
     expect_usage_error(fit({"-m", "ward", "--fix", "2.m=0.5"}), "2.m");
 }
 
+TEST_F(Cli, a_parameter_that_a_lobe_has_not_is_refused_with_those_it_has) {
+    expect_usage_error(fit({"-m", "kurt+ward", "--fix", "1.alpah=0"}), "lobe 1 has alpha, ");
+    expect_usage_error(fit({"-m", "kurt", "--fix", "3.alpha=0"}), "lobe 3 has none");
+}
+
+TEST_F(Cli, fit_refuses_a_seed_where_nothing_is_random) {
+    expect_usage_error(fit({"-m", "lambert", "--seed", "3"}), "--seed");
+    EXPECT_EQ(fit({"-m", "lambert", "--seed", "3", "--starts", "1"}).status, 0);
+    EXPECT_EQ(fit({"-m", "lambert", "--seed", "3", "--algorithm", "crs2_lm"}).status, 0);
+}
+
 TEST_F(Cli, of_several_files_the_good_ones_are_fitted) {
     write_file(folder / "broken.csv", "theta_i,phi_i,theta_o,phi_o,R\n0.5,0,what,0,1\n");
     const Outcome outcome =

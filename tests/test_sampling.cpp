@@ -6,6 +6,7 @@
 #include "host/device/kernels.hpp"
 #include "host/error.hpp"
 #include "host/evaluate/sample.hpp"
+#include "host/files/npy.hpp"
 #include "host/model/structure.hpp"
 #include "tests/support/chi_square.hpp"
 #include "tests/support/hemisphere.hpp"
@@ -390,6 +391,71 @@ TEST(SampleCommand, does_not_depend_on_threads) {
         ASSERT_EQ(run_program(arguments).status, 0);
         EXPECT_EQ(read_file(one), read_file(all));
     }
+}
+
+// More than a pass of the sampler.
+TEST(SampleCommand, writes_in_pieces_what_the_sampler_gives_at_once) {
+    const TemporaryFolder folder;
+    const std::string material = folder / "m.json", out = folder / "s.npy";
+    write_file(material, mixed_material);
+    constexpr std::size_t n = 300007;
+    ASSERT_EQ(run_program({"sample", material, "--wo", "40,20", "-n", std::to_string(n), "--seed",
+                           "3", "-o", out})
+                  .status,
+              0);
+    const DirectionSamples whole =
+        sample_material(device(), read_material(material), direction(40 * degree, 20 * degree), n,
+                        3, Sequence::Sobol);
+    const MappedFile file(out);
+    const npy::Array table = npy::read(file);
+    ASSERT_EQ(table.rows, n);
+    ASSERT_EQ(table.columns, 6U);
+    for (std::size_t i = 0; i < n; ++i) {
+        ASSERT_EQ(table.at(i, 0), whole.wi_x[i]) << i;
+        ASSERT_EQ(table.at(i, 3), whole.pdf[i]) << i;
+        ASSERT_EQ(table.at(i, 4), whole.weight(0)[i]) << i;
+    }
+}
+
+TEST(SampleCommand, draws_for_every_viewer_of_a_file) {
+    const TemporaryFolder folder;
+    const std::string material = folder / "m.json", viewers = folder / "v.csv";
+    write_file(material, mixed_material);
+    const Vector second = direction(40 * degree, 20 * degree);
+    write_file(viewers,
+               fmt::format("wo_x,wo_y,wo_z\n0,0,1\n{},{},{}\n", second[0], second[1], second[2]));
+    ASSERT_EQ(run_program({"sample", material, "--wo", viewers, "-n", "5", "-o", folder / "s.npy"})
+                  .status,
+              0);
+    const MappedFile file(folder / "s.npy");
+    const npy::Array table = npy::read(file);
+    ASSERT_EQ(table.rows, 10U);
+    ASSERT_EQ(table.columns, 9U);
+    // Row i is sample i for its viewer.
+    const DirectionSamples of_second =
+        sample_material(device(), read_material(material), second, 10, 0, Sequence::Sobol);
+    for (std::size_t i = 0; i < 10; ++i)
+        EXPECT_EQ(table.at(i, 5), i < 5 ? 1.0F : static_cast<float>(second[2]));
+    for (std::size_t i = 5; i < 10; ++i) {
+        EXPECT_EQ(table.at(i, 0), of_second.wi_x[i]);
+        EXPECT_EQ(table.at(i, 6), of_second.pdf[i]);
+    }
+    write_file(viewers, "wo_x,wo_y,wo_z\n0,0,1\n0,0.6,-0.8\n");
+    const Outcome below =
+        run_program({"sample", material, "--wo", viewers, "-n", "5", "-o", folder / "b.npy"});
+    EXPECT_EQ(below.status, 1);
+    EXPECT_NE(below.err.find("v.csv: line 3: wo is not above the horizon"), std::string::npos)
+        << below.err;
+    write_file(viewers, "wo_x,wo_y\n0,0\n");
+    EXPECT_EQ(run_program({"sample", material, "--wo", viewers, "-n", "5", "-o", folder / "b.npy"})
+                  .status,
+              1);
+    write_file(viewers, "wo_x,wo_y,wo_z\n0,0,1\n0,0,1\n");
+    EXPECT_EQ(
+        run_program({"sample", material, "--wo", viewers, "-n", "60000000", "-o", folder / "b.npy"})
+            .status,
+        2);
+    EXPECT_FALSE(std::filesystem::exists(folder / "b.npy"));
 }
 
 TEST(SampleCommand, refuses_bad_command_lines) {

@@ -59,6 +59,13 @@ TEST(CyclesTable, agrees_with_quadrature) {
     });
 }
 
+TEST(Table, tells_its_progress) {
+    const std::vector<double> shares = test::told_shares([](const ProgressFunction& progress) {
+        compute_table(device(), *find_preset("openpbr-dielectric-average"), progress);
+    });
+    EXPECT_GT(shares.back(), 0.5);
+}
+
 // Entries that Cycles ships.
 TEST(CyclesTable, holds_the_published_entries) {
     const Table table = compute_table(device(), *find_preset("cycles"));

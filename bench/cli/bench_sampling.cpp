@@ -1,6 +1,7 @@
 #include "bench/sampling.hpp"
 #include "bench/work.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/inputs.hpp"
 #include "host/device/kernels.hpp"
 #include "host/files/file.hpp"
 #include "host/model/structure.hpp"
@@ -23,7 +24,8 @@ struct Options {
 int bench_sampling(const Options& options, const Globals& globals) {
     std::vector<bench::NamedMaterial> materials;
     for (const std::string& path : options.materials)
-        materials.push_back({std::filesystem::path(path).stem().string(), read_material(path)});
+        materials.push_back(
+            {std::filesystem::path(path).stem().string(), read_material_file(path)});
     if (materials.empty())
         materials = bench::catalogue_materials();
     const Device device = open_device(globals.device);

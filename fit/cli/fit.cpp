@@ -1,9 +1,11 @@
 #include "fit/cli/fit_files.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/inputs.hpp"
 #include "host/cli/isotropy.hpp"
 #include "host/cli/within.hpp"
 #include "host/error.hpp"
 
+#include <filesystem>
 #include <fmt/format.h>
 
 namespace brdfit::cli {
@@ -14,7 +16,7 @@ struct Options {
     FitRequest request;
     std::string metric = "ngan", algorithm = "slsqp", start;
     std::vector<std::string> fixes, bounds;
-    bool json = false;
+    bool json = false, seed_given = false;
     Isotropy isotropy;
 };
 
@@ -27,9 +29,18 @@ int fit(Options& options, const Globals& globals) {
     for (const std::string& text : options.bounds)
         request.options.ranges.push_back(parse_bound(text));
     request.isotropic = options.isotropy.choice();
+    if (options.seed_given && request.options.random_starts == 0 &&
+        !is_stochastic(request.options.algorithm))
+        throw UsageError(fmt::format("--seed: nothing is random with {}; expected it with --starts "
+                                     "or a stochastic algorithm",
+                                     options.algorithm));
+    std::error_code unknown;
+    if (!request.csv.empty() && std::filesystem::path(request.csv).extension() != ".csv" &&
+        !std::filesystem::is_other(request.csv, unknown)) // a device or a pipe
+        throw UsageError(fmt::format("--csv {}: unknown ending; expected .csv", request.csv));
     check(request);
     if (!options.start.empty())
-        request.options.start = read_material(options.start);
+        request.options.start = read_material_file(options.start);
     return fit_files(request, options.json, globals);
 }
 
@@ -74,7 +85,9 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
                      "random starts polished besides the global search")
         ->check(CLI::Range(0, 100000))
         ->capture_default_str();
-    add_seed(*command, request.options.seed, "of the random starts")->capture_default_str();
+    const CLI::Option* const seed =
+        add_seed(*command, request.options.seed, "of the random starts and stochastic algorithms")
+            ->capture_default_str();
     command->add_option("--start", options->start,
                         "material to start from, in place of the global search");
     command
@@ -92,7 +105,8 @@ void add_fit(CLI::App& app, const Globals& globals, Action& action) {
     options->isotropy.add_to(*command);
     command->footer(
         "Example:\n  brdfit fit nickel.binary -m kurt,ward,kurt+ward --lobes 1,2 -o out");
-    command->callback([options, &globals, &action] {
+    command->callback([options, seed, &globals, &action] {
+        options->seed_given = seed->count() > 0;
         action = [options, &globals] { return fit(*options, globals); };
     });
 }

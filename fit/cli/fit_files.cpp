@@ -2,6 +2,7 @@
 
 #include "fit/programs.hpp"
 #include "fit/report.hpp"
+#include "host/cli/inputs.hpp"
 #include "host/cli/progress.hpp"
 #include "host/device/errors.hpp"
 #include "host/error.hpp"
@@ -44,8 +45,8 @@ std::string message_naming(const std::string& file, const std::exception& error)
 // Fits all structures asked for to one file; what fails is reported and noted.
 void fit_file(const FitRequest& request, const Device& device, ProgramCache& programs,
               const std::string& file, const std::string& stem,
-              const std::function<void(const std::string& next)>& show, Progress& progress,
-              FitRows& rows) {
+              const std::function<ProgressFunction(const std::string& next)>& next,
+              Progress& progress, FitRows& rows) {
     std::optional<Samples> samples;
     std::optional<FileFitter> fitter;
     const auto failed = [&](const std::string& model, std::size_t lobes, const std::string& why) {
@@ -55,7 +56,7 @@ void fit_file(const FitRequest& request, const Device& device, ProgramCache& pro
         rows.failed.push_back({file, model, lobes, why});
     };
     try {
-        samples.emplace(read_samples(file, request.isotropic));
+        samples.emplace(read_measurement(file, request.isotropic));
         fitter.emplace(device, programs, *samples, request.options);
     } catch (const UsageError&) {
         throw;
@@ -64,9 +65,10 @@ void fit_file(const FitRequest& request, const Device& device, ProgramCache& pro
         return;
     }
     for (const Structure& structure : structures_of(request, samples->isotropic)) {
-        show(fmt::format("{} {} {}", stem, structure.name(), structure.lobes.size()));
+        const ProgressFunction step =
+            next(fmt::format("{} {} {}", stem, structure.name(), structure.lobes.size()));
         try {
-            FitRow row{file, material_path(request, stem, structure), fitter->fit(structure)};
+            FitRow row{file, material_path(request, stem, structure), fitter->fit(structure, step)};
             row.result.material.fit = fit_record(row.result, *samples, request.options, device);
             write_material(row.result.material, row.material_file);
             progress.clear();
@@ -101,7 +103,7 @@ int fit_files(const FitRequest& request, bool json, const Globals& globals) {
         progress.show(done, file);
         fit_file(
             request, device, programs, file, stems[f],
-            [&](const std::string& next) { progress.show(done++, next); }, progress, rows);
+            [&](const std::string& next) { return progress.step(done++, next); }, progress, rows);
         if (!json && rows.done.size() > first_row) {
             progress.clear();
             std::vector<const FitRow*> of_file;

@@ -1,5 +1,7 @@
 #include "fit/cli/recover.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/inputs.hpp"
+#include "host/cli/progress.hpp"
 #include "host/error.hpp"
 #include "host/evaluate/sample.hpp"
 #include "host/files/json.hpp"
@@ -145,6 +147,10 @@ std::vector<std::array<double, 3>> beside_ward(const MicrofacetTable& table, con
     return rows;
 }
 
+Distribution read_distribution_file(const std::string& path) {
+    return reading(path, FileKind::Distribution, read_distribution);
+}
+
 void require_upright_gaussian(const Distribution& distribution, const std::string& source) {
     const DistributionPart& part = distribution.parts.front();
     if (distribution.parts.size() != 1 || part.shape != Shape::Gaussian || part.tilt != 0 ||
@@ -172,7 +178,7 @@ int generate(const Options& options, const Globals& globals) {
         if (!options.only_from.empty())
             throw UsageError(fmt::format("{}: for --from only", options.only_from));
         if (options.ward)
-            require_upright_gaussian(read_distribution(options.spec), options.spec);
+            require_upright_gaussian(read_distribution_file(options.spec), options.spec);
     } else if (options.ward)
         throw UsageError("--ward: for a SPEC only");
     const Device device = open_device(globals.device);
@@ -188,8 +194,12 @@ int generate(const Options& options, const Globals& globals) {
         return status;
     }
     const auto begin = std::chrono::steady_clock::now();
-    const Distribution distribution = read_distribution(options.spec);
-    const MicrofacetTable table = generator.generate(distribution, options.generator, options.spec);
+    const Distribution distribution = read_distribution_file(options.spec);
+    const MicrofacetTable table = [&] {
+        Progress progress(1, globals.quiet);
+        return generator.generate(distribution, options.generator, options.spec,
+                                  progress.step(0, distribution.name));
+    }();
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     std::vector<std::array<double, 3>> compared;

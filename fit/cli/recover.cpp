@@ -6,6 +6,7 @@
 #include "fit/recover.hpp"
 #include "fit/report.hpp"
 #include "fit/structures.hpp"
+#include "host/cli/inputs.hpp"
 #include "host/cli/progress.hpp"
 #include "host/cli/within.hpp"
 #include "host/error.hpp"
@@ -73,14 +74,14 @@ int recover_from(const RecoverRequest& request, const GeneratorOptions& options,
         throw InputError(fmt::format("{} is there already, where the material of {} goes; --force "
                                      "replaces it, or choose another name",
                                      material_file, out));
-    const Samples samples = read_samples(request.file, request.isotropy.choice());
+    const Samples samples = read_measurement(request.file, request.isotropy.choice());
     const std::vector<Structure> structures = structures_of(request, samples.isotropic);
     Progress progress(structures.size() + 1, globals.quiet);
-    progress.show(0, "recovering the distribution");
     const auto begin = std::chrono::steady_clock::now();
     RecoverOptions recover_options;
     recover_options.max_theta = request.max_theta;
     recover_options.generator = options;
+    recover_options.progress = progress.step(0, "recovering the distribution");
     const Recovered recovered = recover(device, generator, samples, recover_options);
 
     FitOptions fit_options;

@@ -28,33 +28,58 @@ std::string averages(const Albedo& albedo) {
     return text;
 }
 
+struct AlbedoColumns {
+    std::vector<std::string> names;
+    std::vector<std::vector<float>> values; ///< [column][viewer]
+};
+
+AlbedoColumns columns_of(const Albedo& albedo) {
+    AlbedoColumns columns{{"theta", "phi"}, {to_floats(albedo.theta), to_floats(albedo.phi)}};
+    const auto add = [&](const std::string& name, const std::vector<double>& values) {
+        columns.names.push_back(name);
+        columns.values.push_back(to_floats(values));
+    };
+    for (std::size_t ch = 0; ch < albedo.channels.size(); ++ch)
+        add(albedo.channels[ch], albedo.values[ch]);
+    for (std::size_t ch = 0; ch < albedo.channels.size(); ++ch)
+        add(albedo.channels[ch] + "_error", albedo.errors[ch]);
+    if (!albedo.measured.empty())
+        add("measured", albedo.measured);
+    return columns;
+}
+
+std::string what_is(const std::string& source) {
+    return fmt::format("directional albedo of {}: integral of f cos(theta_i) over light directions",
+                       source);
+}
+
+const std::string by = fmt::format("brdfit {}", version);
+
+std::vector<std::string> csv_provenance(const Albedo& albedo, const std::string& source) {
+    std::vector<std::string> lines{what_is(source) + ", by " + by,
+                                   "theta, phi: of the viewer, radians",
+                                   "hemispherical albedo: " + averages(albedo)};
+    lines.insert(lines.end(), albedo.notes.begin(), albedo.notes.end());
+    return lines;
+}
+
 } // namespace
 
+std::string albedo_csv(const Albedo& albedo, const std::string& source) {
+    const AlbedoColumns columns = columns_of(albedo);
+    require_csv_names(source, columns.names);
+    std::string text = csv_head(columns.names, csv_provenance(albedo, source));
+    for (std::size_t k = 0; k < albedo.count(); ++k)
+        for (std::size_t c = 0; c < columns.values.size(); ++c)
+            text += fmt::format("{}{}", columns.values[c][k],
+                                c + 1 < columns.values.size() ? ',' : '\n');
+    return text;
+}
+
 void write_albedo(const Albedo& albedo, const std::string& path, const std::string& source) {
-    std::vector<std::string> names{"theta", "phi"};
-    std::vector<std::vector<float>> columns{to_floats(albedo.theta), to_floats(albedo.phi)};
-    for (std::size_t ch = 0; ch < albedo.channels.size(); ++ch) {
-        names.push_back(albedo.channels[ch]);
-        columns.push_back(to_floats(albedo.values[ch]));
-    }
-    for (std::size_t ch = 0; ch < albedo.channels.size(); ++ch) {
-        names.push_back(albedo.channels[ch] + "_error");
-        columns.push_back(to_floats(albedo.errors[ch]));
-    }
-    if (!albedo.measured.empty()) {
-        names.emplace_back("measured");
-        columns.push_back(to_floats(albedo.measured));
-    }
-    const std::string what = fmt::format(
-        "directional albedo of {}: integral of f cos(theta_i) over light directions", source);
-    const std::string by = fmt::format("brdfit {}", version);
-    if (std::filesystem::path(path).extension() == ".csv") {
-        std::vector<std::string> provenance{what + ", by " + by,
-                                            "theta, phi: of the viewer, radians",
-                                            "hemispherical albedo: " + averages(albedo)};
-        provenance.insert(provenance.end(), albedo.notes.begin(), albedo.notes.end());
-        return write_columns(path, names, columns, provenance);
-    }
+    const auto [names, columns] = columns_of(albedo);
+    if (std::filesystem::path(path).extension() == ".csv")
+        return write_columns(path, names, columns, csv_provenance(albedo, source));
     if (std::filesystem::path(path).extension() != ".exr")
         throw UsageError(fmt::format("{}: unknown ending; expected .csv or .exr", path));
     Image image;
@@ -63,7 +88,7 @@ void write_albedo(const Albedo& albedo, const std::string& path, const std::stri
     image.channels = names;
     image.planes = columns;
     image.metadata = {
-        {"quantity", what},
+        {"quantity", what_is(source)},
         {"software", by},
         {"source", source},
         {"axes", albedo.columns == 0

@@ -12,4 +12,7 @@ namespace brdfit {
 /// ending.
 void write_albedo(const Albedo& albedo, const std::string& path, const std::string& source);
 
+/// The text of such a .csv.
+std::string albedo_csv(const Albedo& albedo, const std::string& source);
+
 } // namespace brdfit

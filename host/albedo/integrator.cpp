@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace brdfit {
 
@@ -146,8 +147,8 @@ std::vector<float> AlbedoIntegrator::horizon_values(const std::vector<AlbedoTask
 }
 
 // Adds points [first, first + count) of every replicate to the tasks' sums.
-void AlbedoIntegrator::add_points(const std::vector<Running*>& tasks, cl_uint first,
-                                  cl_uint count) {
+void AlbedoIntegrator::add_points(const std::vector<Running*>& tasks, cl_uint first, cl_uint count,
+                                  const ProgressFunction& progress) {
     const cl_uint part = std::min(count, group_points);
     const std::size_t parts = (count + part - 1) / part, groups = parts * replicates;
     const auto local = static_cast<std::size_t>(device_.form.local_size);
@@ -158,6 +159,7 @@ void AlbedoIntegrator::add_points(const std::vector<Running*>& tasks, cl_uint fi
         out_ = make_buffer(device_, launch_tasks * groups * ALBEDO_SUMS * sizeof(float),
                            CL_MEM_WRITE_ONLY);
     for (std::size_t begin = 0; begin < tasks.size(); begin += launch_tasks) {
+        tell(progress, static_cast<double>(begin) / static_cast<double>(tasks.size()));
         const std::size_t size = std::min(launch_tasks, tasks.size() - begin);
         for (const cl_uint strategy : {OWN, CLIPPED, OWN_SHARED, HORIZON}) {
             std::vector<Running*> launch;
@@ -258,31 +260,58 @@ bool AlbedoIntegrator::estimate(Running& r, cl_uint points) {
     return value.reached && points * (r.cut ? cl_uint{STEPS} : 1) >= fewest_points;
 }
 
-void AlbedoIntegrator::integrate(std::vector<Running>& running) {
+// Points of a replicate that a task not yet done will have taken, about: its error falls like 1 /
+// N.
+double AlbedoIntegrator::points_wanted(const Running& r, cl_uint points) {
+    const double tolerance = std::max({r.task->tolerance, r.relative * r.value.all,
+                                       single_precision * r.value.all, least_tolerance});
+    return std::clamp(points * r.spread / tolerance, 2.0 * points,
+                      static_cast<double>(most_replicate_points));
+}
+
+void AlbedoIntegrator::integrate(std::vector<Running>& running, const ProgressFunction& progress) {
     std::vector<Running*> open = prepared(running);
     // Where all want so many points, in one go.
     cl_uint first = most_replicate_points;
     for (const Running* const r : open)
         first = std::min(first, std::max(first_points, r->task->points / cl_uint{replicates}));
     cl_uint points = 0;
+    double done = 0, wanted = 0, told = 0; // wanted: beyond those done
+    const auto told_at = [&](double all_done) {
+        told = std::max(told, all_done / std::max(done + wanted, all_done));
+        tell(progress, told);
+    };
     while (!open.empty() && points < most_replicate_points) {
         const cl_uint more = std::max(points, first);
-        add_points(open, points, more);
+        const double round = static_cast<double>(more) * static_cast<double>(open.size());
+        // Nothing is known before the first round.
+        add_points(open, points, more, [&](double share) {
+            if (points > 0)
+                told_at(done + share * round);
+        });
         points += more;
+        done += round;
+        wanted = 0;
         std::vector<Running*> next;
         for (Running* const r : open)
-            if (!estimate(*r, points))
+            if (!estimate(*r, points)) {
                 next.push_back(r);
+                wanted += points_wanted(*r, points) - points;
+            }
         open = std::move(next);
+        told_at(done);
     }
 }
 
-std::vector<AlbedoValue> AlbedoIntegrator::integrate(const std::vector<AlbedoTask>& tasks) {
+std::vector<AlbedoValue> AlbedoIntegrator::integrate(const std::vector<AlbedoTask>& tasks,
+                                                     const ProgressFunction& progress) {
     std::vector<AlbedoValue> values(tasks.size());
     std::vector<std::size_t> plain, limits;
     for (std::size_t t = 0; t < tasks.size(); ++t)
         if (tasks[t].tolerance < infinity)
             (tasks[t].wo[2] < at_horizon ? limits : plain).push_back(t);
+    const auto all = static_cast<double>(3 * limits.size() + plain.size());
+    double begun = 0;
     const auto running_at = [&](const std::vector<std::size_t>& chosen, double z, double relative) {
         std::vector<Running> running(chosen.size());
         for (std::size_t i = 0; i < chosen.size(); ++i) {
@@ -297,7 +326,8 @@ std::vector<AlbedoValue> AlbedoIntegrator::integrate(const std::vector<AlbedoTas
         for (Running& r : running)
             if (z > 0)
                 r.task = &r.own;
-        integrate(running);
+        const double end = begun + static_cast<double>(chosen.size()) / all;
+        integrate(running, part_of(progress, std::exchange(begun, end), end));
         return running;
     };
     // Whether the limit is finite shows at a coarse tolerance.

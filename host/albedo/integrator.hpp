@@ -3,6 +3,7 @@
 #include "host/device/device.hpp"
 #include "host/directions.hpp"
 #include "host/model/program.hpp"
+#include "host/progress.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -53,7 +54,8 @@ class AlbedoIntegrator {
 
     /// The integrals, in the tasks' order; the same numbers whatever the number of threads. Work is
     /// bounded by most_points a task.
-    std::vector<AlbedoValue> integrate(const std::vector<AlbedoTask>& tasks);
+    std::vector<AlbedoValue> integrate(const std::vector<AlbedoTask>& tasks,
+                                       const ProgressFunction& progress = {});
 
     static constexpr std::size_t most_points = std::size_t{1} << 22;
 
@@ -61,8 +63,10 @@ class AlbedoIntegrator {
     struct Running;
     std::vector<Running*> prepared(std::vector<Running>& running);
     static bool estimate(Running& r, cl_uint points);
-    void integrate(std::vector<Running>& running);
-    void add_points(const std::vector<Running*>& tasks, cl_uint first, cl_uint count);
+    static double points_wanted(const Running& r, cl_uint points);
+    void integrate(std::vector<Running>& running, const ProgressFunction& progress);
+    void add_points(const std::vector<Running*>& tasks, cl_uint first, cl_uint count,
+                    const ProgressFunction& progress);
     std::vector<float> horizon_values(const std::vector<AlbedoTask>& tasks);
     void upload_tasks(const std::vector<const AlbedoTask*>& tasks,
                       const std::vector<cl_uint>& strategies, cl_uint first, cl_uint count);

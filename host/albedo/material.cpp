@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <memory>
 #include <optional>
+#include <utility>
 
 namespace brdfit {
 
@@ -50,9 +51,10 @@ struct Component {
     std::vector<double> theta;
     double tolerance;
 
-    std::vector<AlbedoValue> values(const std::vector<AlbedoTask>& tasks) {
+    std::vector<AlbedoValue> values(const std::vector<AlbedoTask>& tasks,
+                                    const ProgressFunction& progress) {
         if (!tabulated)
-            return integrator->integrate(tasks);
+            return integrator->integrate(tasks, progress);
         std::vector<AlbedoValue> found(tasks.size());
         parallel_pieces(tasks.size(), 64, [&](std::size_t begin, std::size_t end) {
             for (std::size_t t = begin; t < end; ++t)
@@ -131,13 +133,17 @@ struct Estimate {
 std::vector<std::vector<Estimate>> directional(std::vector<Component>& components,
                                                const std::vector<Vector>& wo,
                                                const std::vector<double>& slack,
-                                               std::size_t channels) {
+                                               std::size_t channels,
+                                               const ProgressFunction& progress) {
     std::vector<std::vector<Estimate>> sums(channels, std::vector<Estimate>(wo.size()));
+    double done = 0;
     for (Component& component : components) {
         std::vector<AlbedoTask> tasks;
         for (std::size_t k = 0; k < wo.size(); ++k)
             tasks.push_back({wo[k], component.theta, component.tolerance * slack[k], 0});
-        const std::vector<AlbedoValue> values = component.values(tasks);
+        const double end = done + 1 / static_cast<double>(components.size());
+        const std::vector<AlbedoValue> values =
+            component.values(tasks, part_of(progress, std::exchange(done, end), end));
         for (std::size_t ch = 0; ch < channels; ++ch)
             for (std::size_t k = 0; k < wo.size(); ++k) {
                 if (component.coefficients[ch] == 0) // 0 of an infinite albedo is nothing
@@ -152,7 +158,8 @@ std::vector<std::vector<Estimate>> directional(std::vector<Component>& component
 
 // The hemispherical albedo of each channel by a rule of `nodes` cosines at `azimuths`.
 std::vector<Estimate> average_over(std::vector<Component>& components, std::size_t azimuths,
-                                   std::size_t nodes, std::size_t channels) {
+                                   std::size_t nodes, std::size_t channels,
+                                   const ProgressFunction& progress) {
     const CosineRule rule(nodes);
     std::vector<Vector> at;
     std::vector<double> slack;
@@ -165,7 +172,7 @@ std::vector<Estimate> average_over(std::vector<Component>& components, std::size
                 2 * pi * (static_cast<double>(a) + 0.5) / static_cast<double>(azimuths);
             at.push_back({r * std::cos(phi), r * std::sin(phi), mu});
         }
-    const auto estimates = directional(components, at, slack, channels);
+    const auto estimates = directional(components, at, slack, channels, progress);
     std::vector<Estimate> sums(channels);
     for (std::size_t ch = 0; ch < channels; ++ch)
         for (std::size_t k = 0; k < at.size(); ++k) {
@@ -178,10 +185,16 @@ std::vector<Estimate> average_over(std::vector<Component>& components, std::size
 
 // The hemispherical albedo of each channel; as many nodes as it takes.
 std::vector<Estimate> hemispherical(std::vector<Component>& components, std::size_t azimuths,
-                                    std::size_t channels, double tolerance) {
-    std::vector<Estimate> coarse = average_over(components, azimuths, fewest_nodes, channels), fine;
+                                    std::size_t channels, double tolerance,
+                                    const ProgressFunction& progress) {
+    double done = 0.3; // two rounds, as a rule
+    std::vector<Estimate> coarse = average_over(components, azimuths, fewest_nodes, channels,
+                                                part_of(progress, 0, done)),
+                          fine;
     for (std::size_t nodes = 2 * fewest_nodes; nodes <= most_nodes; nodes *= 2) {
-        fine = average_over(components, azimuths, nodes, channels);
+        const double end = done + 0.7 * (1 - done);
+        fine = average_over(components, azimuths, nodes, channels,
+                            part_of(progress, std::exchange(done, end), end));
         double change = 0;
         for (std::size_t ch = 0; ch < channels; ++ch) {
             const double step = std::abs(fine[ch].value - coarse[ch].value);
@@ -235,7 +248,7 @@ void require_tolerance(double tolerance) {
 }
 
 Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& grid,
-              double tolerance) {
+              double tolerance, const ProgressFunction& progress) {
     require_tolerance(tolerance);
     Albedo result;
     result.channels = material.channels;
@@ -248,7 +261,13 @@ Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& 
         if (k % grid.thetas == grid.thetas - 1)
             wo.back()[2] = 0; // the limit, not what rounding leaves
     }
-    const auto found = directional(components, wo, std::vector<double>(wo.size(), 1), channels);
+    const std::size_t azimuths = material.isotropic() ? 1 : average_azimuths;
+    // By how many directions the two parts look at.
+    const auto viewers = static_cast<double>(wo.size()),
+               averaged = static_cast<double>(3 * fewest_nodes * azimuths);
+    const double split = viewers / (viewers + averaged);
+    const auto found = directional(components, wo, std::vector<double>(wo.size(), 1), channels,
+                                   part_of(progress, 0, split));
     std::size_t missed = 0;
     double largest = 0;
     for (std::size_t ch = 0; ch < channels; ++ch) {
@@ -267,8 +286,8 @@ Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& 
                                            "largest error is {:.2g}",
                                            missed, channels * wo.size(), largest));
 
-    const std::size_t azimuths = material.isotropic() ? 1 : average_azimuths;
-    for (const Estimate& estimate : hemispherical(components, azimuths, channels, tolerance)) {
+    for (const Estimate& estimate :
+         hemispherical(components, azimuths, channels, tolerance, part_of(progress, split, 1))) {
         result.average.push_back(estimate.value);
         result.average_error.push_back(std::isfinite(estimate.value) ? estimate.error : 0);
     }

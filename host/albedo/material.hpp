@@ -48,7 +48,7 @@ struct CosineRule {
 /// AlbedoIntegrator for what is reached where. Throws UsageError for a tolerance below
 /// least_tolerance.
 Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& grid,
-              double tolerance);
+              double tolerance, const ProgressFunction& progress = {});
 
 /// Throws UsageError unless the tolerance is a number that single precision can reach.
 void require_tolerance(double tolerance);

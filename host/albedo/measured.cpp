@@ -109,7 +109,8 @@ Integral merl_integral(const Samples& samples, double theta, double tolerance) {
     }
 }
 
-Albedo merl_albedo(const Samples& samples, const AlbedoGrid& grid, double tolerance) {
+Albedo merl_albedo(const Samples& samples, const AlbedoGrid& grid, double tolerance,
+                   const ProgressFunction& progress) {
     Albedo result;
     grid.place(result);
     const std::size_t channels = samples.channels.size(), viewers = result.count();
@@ -121,9 +122,12 @@ Albedo merl_albedo(const Samples& samples, const AlbedoGrid& grid, double tolera
         for (const double mu : rule->mu)
             thetas.push_back(std::acos(mu));
     std::vector<Integral> integrals(thetas.size());
-    parallel_pieces(thetas.size(), 1, [&](std::size_t k, std::size_t) {
-        integrals[k] = merl_integral(samples, thetas[k], tolerance);
-    });
+    parallel_pieces(
+        thetas.size(), 1,
+        [&](std::size_t k, std::size_t) {
+            integrals[k] = merl_integral(samples, thetas[k], tolerance);
+        },
+        progress);
     std::size_t missed = 0;
     for (std::size_t k = 0; k < viewers; ++k)
         result.measured.push_back(integrals[k % result.columns].measured);
@@ -282,7 +286,7 @@ double over_rows(const std::vector<const Group*>& rows, Quantity quantity) {
     return sum;
 }
 
-Albedo scattered_albedo(const Samples& samples) {
+Albedo scattered_albedo(const Samples& samples, const ProgressFunction& progress) {
     const std::map<Key, Group> by_light = groups_of(samples, true),
                                by_viewer = groups_of(samples, false);
     const bool fixed_light = by_light.size() <= by_viewer.size();
@@ -306,9 +310,12 @@ Albedo scattered_albedo(const Samples& samples) {
                std::make_pair(-b->fixed[2], std::atan2(b->fixed[1], b->fixed[0]));
     });
     std::vector<Integral> integrals(rows.size());
-    parallel_pieces(rows.size(), 1, [&](std::size_t k, std::size_t) {
-        integrals[k] = scattered_integral(*rows[k], samples.isotropic, channels);
-    });
+    parallel_pieces(
+        rows.size(), 1,
+        [&](std::size_t k, std::size_t) {
+            integrals[k] = scattered_integral(*rows[k], samples.isotropic, channels);
+        },
+        progress);
     Albedo result;
     for (std::size_t k = 0; k < rows.size(); ++k) {
         const Vector& v = rows[k]->fixed;
@@ -349,10 +356,11 @@ bool on_grid(const Samples& samples) {
     return samples.directions == merl::bin_directions();
 }
 
-Albedo measured_albedo(const Samples& samples, const AlbedoGrid& grid, double tolerance) {
+Albedo measured_albedo(const Samples& samples, const AlbedoGrid& grid, double tolerance,
+                       const ProgressFunction& progress) {
     require_tolerance(tolerance);
-    Albedo result =
-        on_grid(samples) ? merl_albedo(samples, grid, tolerance) : scattered_albedo(samples);
+    Albedo result = on_grid(samples) ? merl_albedo(samples, grid, tolerance, progress)
+                                     : scattered_albedo(samples, progress);
     result.channels = samples.channels;
     return result;
 }

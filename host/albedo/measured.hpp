@@ -2,6 +2,7 @@
 
 #include "host/albedo/material.hpp"
 #include "host/measured/samples.hpp"
+#include "host/progress.hpp"
 
 namespace brdfit {
 
@@ -28,6 +29,7 @@ bool on_grid(const Samples& samples);
 /// rows, and leaves out what lies below the least and above the largest theta.
 ///
 /// Throws InputError where no direction that would be a row has at least eight others.
-Albedo measured_albedo(const Samples& samples, const AlbedoGrid& grid, double tolerance);
+Albedo measured_albedo(const Samples& samples, const AlbedoGrid& grid, double tolerance,
+                       const ProgressFunction& progress = {});
 
 } // namespace brdfit

@@ -2,7 +2,9 @@
 #include "host/albedo/material.hpp"
 #include "host/albedo/measured.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/inputs.hpp"
 #include "host/cli/isotropy.hpp"
+#include "host/cli/progress.hpp"
 #include "host/error.hpp"
 #include "host/files/json.hpp"
 #include "host/image/plot.hpp"
@@ -13,7 +15,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
+#include <optional>
 #include <set>
 #include <spdlog/spdlog.h>
 
@@ -30,41 +32,67 @@ struct Options {
     std::size_t thetas = 0, phis = 0; // 0: not given
     double tolerance = 1e-4, top = 0;
     Isotropy isotropy;
-    bool json = false;
+    bool json = false, tolerance_given = false;
 };
 
-/// Material files are JSON objects; nothing measured begins like one.
-bool is_material(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    char c = 0;
-    while (file.get(c) && (c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\xEF' ||
-                           c == '\xBB' || c == '\xBF'))
-        ;
-    return file && c == '{';
-}
+/// An input, read: one of the two.
+struct Input {
+    std::optional<Material> material;
+    std::optional<Samples> samples;
+};
 
-Albedo albedo_of(const std::string& path, const Options& options, const Globals& globals) {
-    AlbedoGrid grid;
-    if (options.thetas > 0)
-        grid.thetas = options.thetas;
-    if (is_material(path)) {
+/// Reads an input. Throws UsageError for options that do not apply to it.
+Input read_input(const std::string& path, const Options& options, const Globals& globals) {
+    Input input;
+    const MappedFile file(path);
+    const Recognised known = recognised(file);
+    const std::size_t first = file.bytes().find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+    const bool json = known.text.empty() && first != std::string_view::npos &&
+                      file.bytes()[first] == '{'; // a broken material, most likely
+    if (known.kind != FileKind::Measurement && known.kind != FileKind::Material &&
+        !known.text.empty())
+        throw InputError(
+            fmt::format("{} is {}; expected a material file or a measurement", path, known.text));
+    if (known.kind == FileKind::Material || json) {
         if (options.isotropy.choice())
             throw UsageError(fmt::format("--isotropic and --anisotropic: {} is a material; "
                                          "expected them with measured files",
                                          path));
-        const Material material = read_material(path);
-        grid.phis =
-            options.phis > 0 ? options.phis : (material.isotropic() ? 1 : anisotropic_azimuths);
-        if (grid.thetas * grid.phis > most_directions_of_albedo)
-            throw UsageError(fmt::format("--theta {} --phi {}: expected at most {} directions",
-                                         grid.thetas, grid.phis, most_directions_of_albedo));
-        return albedo(open_device(globals.device), material, grid, options.tolerance);
+        input.material = read_material(path);
+        return input;
     }
-    const Samples samples = read_samples(path, options.isotropy.choice());
-    if (!on_grid(samples) && (options.thetas > 0 || options.phis > 0))
+    input.samples = read_samples(path, options.isotropy.choice());
+    if (!on_grid(*input.samples) && (options.thetas > 0 || options.phis > 0))
         throw UsageError(fmt::format("--theta and --phi: {} has directions of its own", path));
-    grid.phis = options.phis > 0 ? options.phis : 1;
-    return measured_albedo(samples, grid, options.tolerance);
+    if (!on_grid(*input.samples) && options.tolerance_given)
+        throw UsageError(fmt::format("--tolerance: {} has directions of its own, whose number "
+                                     "says how near the sum is",
+                                     path));
+    if (!globals.device.empty() && options.inputs.size() == 1)
+        throw UsageError(
+            fmt::format("--device: {} is a measurement; expected it with materials", path));
+    return input;
+}
+
+AlbedoGrid grid_of(const Input& input, const Options& options) {
+    AlbedoGrid grid;
+    if (options.thetas > 0)
+        grid.thetas = options.thetas;
+    grid.phis = options.phis > 0                                 ? options.phis
+                : input.material && !input.material->isotropic() ? anisotropic_azimuths
+                                                                 : 1;
+    if (grid.thetas * grid.phis > most_directions_of_albedo)
+        throw UsageError(fmt::format("--theta {} --phi {}: expected at most {} directions",
+                                     grid.thetas, grid.phis, most_directions_of_albedo));
+    return grid;
+}
+
+Albedo albedo_of(const Input& input, const Options& options, const Globals& globals,
+                 const ProgressFunction& progress) {
+    const AlbedoGrid grid = grid_of(input, options);
+    return input.material ? albedo(open_device(globals.device), *input.material, grid,
+                                   options.tolerance, progress)
+                          : measured_albedo(*input.samples, grid, options.tolerance, progress);
 }
 
 /// Ranges of theta where a channel's albedo is above 1 by more than its error.
@@ -158,25 +186,41 @@ void plot(const Options& options, const std::vector<Albedo>& albedos) {
 int run_albedo(const Options& options, const Globals& globals) {
     require_tolerance(options.tolerance);
     const std::string ending = std::filesystem::path(options.out).extension().string();
-    if (ending != ".csv" && ending != ".exr" && ending != ".svg")
+    if (!options.out.empty() && ending != ".csv" && ending != ".exr" && ending != ".svg")
         throw UsageError(
             fmt::format("{}: unknown ending; expected .csv, .exr or .svg", options.out));
-    if (options.inputs.size() > 1 && ending != ".svg")
+    const bool prints_rows = options.out.empty() && !options.json;
+    if (options.inputs.size() > 1 && prints_rows)
+        throw UsageError("several inputs: expected -o with .svg, or --json");
+    if (options.inputs.size() > 1 && !options.out.empty() && ending != ".svg")
         throw UsageError(fmt::format("{}: holds one input; only .svg shows several", options.out));
     if (ending != ".svg" && (options.top > 0 || !options.title.empty()))
         throw UsageError("--top and --title: for .svg only");
+    for (const std::string& path : options.inputs) // what is wrong with any, before all work
+        grid_of(read_input(path, options, globals), options);
     std::vector<Albedo> albedos;
-    for (const std::string& path : options.inputs) {
-        albedos.push_back(albedo_of(path, options, globals));
-        for (const std::string& note : albedos.back().notes)
-            if (note.find("did not reach") != std::string::npos)
-                spdlog::warn("{}: {}", path, note);
+    {
+        Progress progress(options.inputs.size(), globals.quiet);
+        for (const std::string& path : options.inputs) {
+            const ProgressFunction share =
+                progress.step(albedos.size(), std::filesystem::path(path).filename().string());
+            albedos.push_back(
+                albedo_of(read_input(path, options, globals), options, globals, share));
+        }
     }
+    for (std::size_t i = 0; i < albedos.size(); ++i)
+        for (const std::string& note : albedos[i].notes)
+            if (note.find("did not reach") != std::string::npos)
+                spdlog::warn("{}: {}", options.inputs[i], note);
+    const std::string source = std::filesystem::path(options.inputs[0]).filename().string();
     if (ending == ".svg")
         plot(options, albedos);
-    else
-        write_albedo(albedos[0], options.out,
-                     std::filesystem::path(options.inputs[0]).filename().string());
+    else if (!options.out.empty())
+        write_albedo(albedos[0], options.out, source);
+    if (prints_rows) {
+        fmt::print("{}", albedo_csv(albedos[0], source));
+        return 0;
+    }
     if (options.json) {
         nlohmann::ordered_json rows = nlohmann::ordered_json::array();
         for (std::size_t i = 0; i < albedos.size(); ++i)
@@ -209,16 +253,18 @@ void add_albedo(CLI::App& app, const Globals& globals, Action& action) {
         ->add_option("--phi", options->phis,
                      "how many azimuths of the full turn (default: 1, anisotropic materials 36)")
         ->check(CLI::Range(std::size_t{1}, most_directions_of_albedo));
-    command
-        ->add_option("--tolerance", options->tolerance,
-                     "absolute error to refine to; of albedos above 1 where that costs too much, "
-                     "relative")
-        ->capture_default_str();
-    command
-        ->add_option("-o,--output", options->out,
-                     ".csv or .exr: theta, phi in radians, a column or plane a channel, "
-                     "<channel>_error; .svg: a plot")
-        ->required();
+    const CLI::Option* const tolerance =
+        command
+            ->add_option(
+                "--tolerance", options->tolerance,
+                "absolute error to refine to; of albedos above 1 where that costs too much, "
+                "relative")
+            ->capture_default_str();
+    command->add_option(
+        "-o,--output", options->out,
+        ".csv or .exr: theta, phi in radians, a column or plane a channel, "
+        "<channel>_error; .svg: a plot; without it, and without --json, the .csv is "
+        "printed");
     command->add_option("--title", options->title, "of the plot");
     command
         ->add_option("--top", options->top,
@@ -226,9 +272,11 @@ void add_albedo(CLI::App& app, const Globals& globals, Action& action) {
         ->check(CLI::PositiveNumber);
     command->add_flag("--json", options->json, "print the hemispherical albedo as JSON");
     options->isotropy.add_to(*command);
-    command->footer("Examples:\n  brdfit albedo paint.json -o albedo.csv\n"
-                    "  brdfit albedo nickel.binary nickel.kurt.1.json -o albedo.svg");
-    command->callback([options, &globals, &action] {
+    command->footer(
+        "Examples:\n  brdfit albedo paint.json\n  brdfit albedo paint.json -o albedo.csv\n"
+        "  brdfit albedo nickel.binary nickel.kurt.1.json -o albedo.svg");
+    command->callback([options, tolerance, &globals, &action] {
+        options->tolerance_given = tolerance->count() > 0;
         action = [options, &globals] { return run_albedo(*options, globals); };
     });
 }

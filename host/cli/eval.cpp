@@ -1,4 +1,6 @@
 #include "host/cli/command.hpp"
+#include "host/cli/inputs.hpp"
+#include "host/cli/progress.hpp"
 #include "host/evaluate/evaluate.hpp"
 #include "host/files/columns.hpp"
 #include "host/files/directions.hpp"
@@ -16,10 +18,15 @@ struct Options {
 };
 
 int eval(const Options& options, const Globals& globals) {
-    const Material material = read_material(options.material);
-    const Directions directions = read_directions(options.directions);
+    require_columns_ending(options.out);
+    const Material material = read_material_file(options.material);
+    Progress progress(3, globals.quiet);
+    progress.show(0, options.directions);
+    const Directions directions =
+        reading(options.directions, FileKind::Directions, read_directions);
     const Device device = open_device(globals.device);
-    const std::vector<float> values = evaluate(device, material, directions);
+    const std::vector<float> values =
+        evaluate(device, material, directions, progress.step(1, "evaluating"));
     std::vector<std::string> names{"wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z"};
     std::vector<std::vector<float>> columns;
     const std::size_t count = directions.count();
@@ -35,7 +42,8 @@ int eval(const Options& options, const Globals& globals) {
     write_columns(
         options.out, names, columns,
         {fmt::format("BRDF in 1/sr of {}, evaluated by brdfit {}",
-                     std::filesystem::path(options.material).filename().string(), version)});
+                     std::filesystem::path(options.material).filename().string(), version)},
+        progress.step(2, options.out));
     return 0;
 }
 

@@ -1,4 +1,5 @@
 #include "host/cli/command.hpp"
+#include "host/cli/inputs.hpp"
 #include "host/cli/isotropy.hpp"
 #include "host/error.hpp"
 #include "host/measured/read.hpp"
@@ -83,7 +84,7 @@ int info(const Options& options) {
     int status = 0;
     for (const std::string& file : options.files) {
         try {
-            const Samples samples = read_samples(file, options.isotropy.choice());
+            const Samples samples = read_measurement(file, options.isotropy.choice());
             const Summary summary = summarise(samples);
             if (options.json)
                 all.push_back(to_json(samples, summary));

@@ -1,4 +1,6 @@
 #include "host/cli/command.hpp"
+#include "host/cli/inputs.hpp"
+#include "host/cli/progress.hpp"
 #include "host/evaluate/sample.hpp"
 #include "host/files/columns.hpp"
 #include "host/files/directions.hpp"
@@ -16,13 +18,20 @@ struct Options {
 };
 
 int pdf(const Options& options, const Globals& globals) {
-    const Material material = read_material(options.material);
-    const Directions directions = read_directions(options.directions);
+    require_columns_ending(options.out);
+    const Material material = read_material_file(options.material);
+    Progress progress(3, globals.quiet);
+    progress.show(0, options.directions);
+    const Directions directions =
+        reading(options.directions, FileKind::Directions, read_directions);
     const Device device = open_device(globals.device);
+    std::vector<std::vector<float>> columns{
+        density(device, material, directions, progress.step(1, "evaluating"))};
     write_columns(
-        options.out, {"pdf"}, {density(device, material, directions)},
+        options.out, {"pdf"}, columns,
         {fmt::format("density in 1/sr of wi given wo, sampler of {}, by brdfit {}",
-                     std::filesystem::path(options.material).filename().string(), version)});
+                     std::filesystem::path(options.material).filename().string(), version)},
+        progress.step(2, options.out));
     return 0;
 }
 

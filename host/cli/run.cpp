@@ -5,6 +5,7 @@
 #include "host/files/file.hpp"
 #include "host/version.hpp"
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstdio>
@@ -104,6 +105,31 @@ void flush_results() {
 
 constexpr int bad_input = 1, wrong_usage = 2;
 
+/// The commands below one, those that begin like `name` first.
+std::string known_commands(const CLI::App& of, const std::string& name) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : of.get_subcommands({}))
+        names.push_back(command->get_name());
+    const auto alike = [&](const std::string& known) {
+        return std::mismatch(known.begin(), known.end(), name.begin(), name.end()).first -
+               known.begin();
+    };
+    std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+        return alike(a) > alike(b);
+    });
+    return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// What stands where a command is expected; empty where nothing does.
+std::string unknown_command(const CLI::App& app) {
+    if (!app.get_subcommands().empty())
+        return "";
+    for (const std::string& argument : app.remaining())
+        if (!argument.empty() && argument[0] != '-')
+            return argument;
+    return "";
+}
+
 } // namespace
 
 int run(int argc, char** argv) {
@@ -112,7 +138,8 @@ int run(int argc, char** argv) {
 
     Globals globals;
     Action action;
-    CLI::App app{"brdfit: evaluates BRDF models and fits them to measured reflectance with OpenCL"};
+    CLI::App app{"brdfit: evaluates BRDF models and fits them to measured reflectance with OpenCL\n"
+                 "brdfit help COMMAND tells of one command"};
     app.set_version_flag("--version", version);
     app.require_subcommand(1);
     app.fallthrough();
@@ -132,7 +159,8 @@ int run(int argc, char** argv) {
             const auto named = of->get_subcommands(
                 [&](const CLI::App* command) { return command->check_name(argv[i]); });
             if (named.empty()) {
-                spdlog::error("help {}: no such command; brdfit --help lists them", argv[i]);
+                spdlog::error("help {}: no such command; known: {}", argv[i],
+                              known_commands(*of, argv[i]));
                 return wrong_usage;
             }
             of = named.front();
@@ -143,6 +171,10 @@ int run(int argc, char** argv) {
     try {
         app.parse(static_cast<int>(arguments.size()), arguments.data());
     } catch (const CLI::ParseError& error) {
+        if (const std::string name = unknown_command(app); !name.empty()) {
+            spdlog::error("{}: no such command; known: {}", name, known_commands(app, name));
+            return wrong_usage;
+        }
         if (app.exit(error) != 0)
             return wrong_usage;
         try {
@@ -153,6 +185,11 @@ int run(int argc, char** argv) {
         }
         return 0;
     }
+    for (const char* without : {"models", "info", "convert", "devices"})
+        if (!globals.device.empty() && app.got_subcommand(without)) {
+            spdlog::error("--device: {} runs on no device", without);
+            return wrong_usage;
+        }
     spdlog::default_logger()->set_level(globals.quiet     ? spdlog::level::err
                                         : globals.verbose ? spdlog::level::debug
                                                           : spdlog::level::info);

@@ -1,4 +1,6 @@
 #include "host/cli/command.hpp"
+#include "host/cli/inputs.hpp"
+#include "host/cli/progress.hpp"
 #include "host/cli/within.hpp"
 #include "host/error.hpp"
 #include "host/evaluate/synthesise.hpp"
@@ -21,6 +23,7 @@ struct Options {
     std::string material, out, directions;
     double noise = 0;
     std::uint64_t seed = 1;
+    bool seed_given = false;
 };
 
 // The number that --directions is, or 0 where it names a file.
@@ -36,12 +39,19 @@ std::size_t direction_count(const std::string& text) {
 }
 
 int synth(const Options& options, const Globals& globals) {
+    require_samples_ending(options.out);
     const bool merl = std::filesystem::path(options.out).extension() == ".binary";
     if (merl && !options.directions.empty())
         throw UsageError("--directions: MERL's layout (.binary) has directions of its own");
     const std::size_t count =
         options.directions.empty() ? default_directions : direction_count(options.directions);
-    const Material material = read_material(options.material);
+    const bool drawn = !merl && (options.directions.empty() || count > 0);
+    if (options.seed_given && options.noise == 0 && !drawn)
+        throw UsageError(
+            "--seed: nothing is random; expected it with --noise or random directions");
+    const Material material = read_material_file(options.material);
+    Progress progress(2, globals.quiet);
+    progress.show(0, std::filesystem::path(options.material).filename().string());
     const Device device = open_device(globals.device);
     Samples samples;
     if (merl) {
@@ -49,13 +59,16 @@ int synth(const Options& options, const Globals& globals) {
     } else {
         auto directions =
             count > 0 ? random_directions(count, material.isotropic(), options.seed)
-                      : std::make_shared<const Directions>(read_directions(options.directions));
+                      : std::make_shared<const Directions>(
+                            reading(options.directions, FileKind::Directions, read_directions));
         samples = synthesise(device, material, directions, options.noise, options.seed);
     }
     write_samples(samples, options.out,
                   {fmt::format("synthesised by brdfit {} from {}", version,
                                std::filesystem::path(options.material).filename().string()),
-                   fmt::format("noise: {}, seed: {}", options.noise, options.seed)});
+                   fmt::format("noise: {}, seed: {}", options.noise, options.seed)},
+                  progress.step(1, options.out));
+    progress.clear();
     spdlog::debug("{}: {} samples", options.out, samples.valid_count());
     return 0;
 }
@@ -75,13 +88,15 @@ void add_synth(CLI::App& app, const Globals& globals, Action& action) {
                      "standard deviation s of the noise, y (1 + s N(0,1))")
         ->check(within(0, 10))
         ->capture_default_str();
-    add_seed(*command, options->seed, "of noise and directions")->capture_default_str();
+    const CLI::Option* const seed =
+        add_seed(*command, options->seed, "of noise and directions")->capture_default_str();
     command->add_option("--directions", options->directions,
                         fmt::format("file of directions (.csv, .npy), or how many random ones "
                                     "(default: {})",
                                     default_directions));
     command->footer("Example:\n  brdfit synth paint.json paint.binary --noise 0.02 --seed 7");
-    command->callback([options, &globals, &action] {
+    command->callback([options, seed, &globals, &action] {
+        options->seed_given = seed->count() > 0;
         action = [options, &globals] { return synth(*options, globals); };
     });
 }

@@ -1,5 +1,7 @@
 #include "host/table/table.hpp"
 #include "host/cli/command.hpp"
+#include "host/cli/inputs.hpp"
+#include "host/cli/progress.hpp"
 #include "host/error.hpp"
 #include "host/image/preview.hpp"
 
@@ -39,7 +41,7 @@ TableSpec spec_of(const Options& options) {
         throw UsageError(fmt::format("'{}' is neither a preset nor a specification (.json); "
                                      "presets: {}",
                                      options.what, preset_names()));
-    return read_table_spec(options.what);
+    return reading(options.what, FileKind::TableSpec, read_table_spec);
 }
 
 // --fix NAME=VALUE.
@@ -99,7 +101,10 @@ int table(const Options& options, const Globals& globals) {
         throw UsageError("--clamp: for the encoding unorm16 only");
     const Device device = open_device(globals.device);
     const auto start = std::chrono::steady_clock::now();
-    const Table computed = compute_table(device, spec);
+    const Table computed = [&] {
+        Progress progress(1, globals.quiet);
+        return compute_table(device, spec, progress.step(0, spec.name));
+    }();
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (const AboveOne& above = computed.above_one; above.count > 0)

@@ -17,7 +17,8 @@ constexpr std::size_t pairs_a_pass = std::size_t{1} << 18;
 
 std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
                                        cl_uint out_argument, std::size_t outputs,
-                                       const Directions& directions) {
+                                       const Directions& directions,
+                                       const ProgressFunction& progress) {
     const std::size_t total = directions.count();
     const auto width = static_cast<std::size_t>(device.form.vector_width);
     const std::size_t pass =
@@ -49,6 +50,7 @@ std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
         for (std::size_t o = 0; o < outputs; ++o)
             std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(o * stride), count,
                         result.begin() + static_cast<std::ptrdiff_t>(o * total + begin));
+        tell(progress, static_cast<double>(begin + count) / static_cast<double>(total));
     }
     return result;
 }
@@ -85,7 +87,7 @@ std::vector<float> device_parameters(const Material& material, bool isotropic) {
 }
 
 std::vector<float> evaluate(const Device& device, const Material& material,
-                            const Directions& directions) {
+                            const Directions& directions, const ProgressFunction& progress) {
     Structure structure;
     structure.diffuse = material.diffuse;
     structure.isotropic = std::all_of(material.lobes.begin(), material.lobes.end(),
@@ -109,7 +111,7 @@ std::vector<float> evaluate(const Device& device, const Material& material,
     kernel.setArg(2, theta_buffer);
     kernel.setArg(3, coefficient_buffer);
     kernel.setArg(4, static_cast<cl_int>(channels));
-    return run_over_directions(device, kernel, 5, channels, directions);
+    return run_over_directions(device, kernel, 5, channels, directions, progress);
 }
 
 ModelValues evaluate_model(const Device& device, const Model& model, bool isotropic,

@@ -3,6 +3,7 @@
 #include "host/device/device.hpp"
 #include "host/directions.hpp"
 #include "host/model/material.hpp"
+#include "host/progress.hpp"
 
 #include <vector>
 
@@ -15,7 +16,7 @@ std::vector<float> device_parameters(const Material& material, bool isotropic);
 /// The material's BRDF in 1/sr at each pair of directions, [channel][pair]: 0 below the horizon,
 /// finite everywhere.
 std::vector<float> evaluate(const Device& device, const Material& material,
-                            const Directions& directions);
+                            const Directions& directions, const ProgressFunction& progress = {});
 
 /// A model's own value and its derivatives by theta, without kd or ks.
 struct ModelValues {
@@ -35,6 +36,7 @@ ModelValues evaluate_model(const Device& device, const Model& model, bool isotro
 /// [output][pair].
 std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
                                        cl_uint out_argument, std::size_t outputs,
-                                       const Directions& directions);
+                                       const Directions& directions,
+                                       const ProgressFunction& progress = {});
 
 } // namespace brdfit

@@ -127,20 +127,21 @@ void Sampler::draw(const Vector& wo, std::size_t n, std::uint64_t seed, Sequence
 }
 
 DirectionSamples Sampler::sample(const Vector& wo, std::size_t n, std::uint64_t seed,
-                                 Sequence sequence) const {
+                                 Sequence sequence, std::size_t first) const {
     check(wo, n);
+    check(wo, first + n);
     DirectionSamples samples;
     for (std::vector<float>* column : {&samples.wi_x, &samples.wi_y, &samples.wi_z, &samples.pdf})
         column->resize(n);
     samples.weights.resize(channels_ * n);
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
-    for (std::size_t first = 0; first < n; first += pass_) {
-        const std::size_t count = std::min(pass_, n - first), stride = padded(count, width);
-        draw(wo, first, count, seed, sequence);
+    for (std::size_t begin = 0; begin < n; begin += pass_) {
+        const std::size_t count = std::min(pass_, n - begin), stride = padded(count, width);
+        draw(wo, first + begin, count, seed, sequence);
         const std::vector<float> planes =
             download<float>(device_, out_, stride * (DRAWN_WEIGHTS + channels_));
         const auto fetch = [&](std::size_t plane, float* to) {
-            std::copy_n(planes.data() + plane * stride, count, to + first);
+            std::copy_n(planes.data() + plane * stride, count, to + begin);
         };
         fetch(DRAWN_WI_X, samples.wi_x.data());
         fetch(DRAWN_WI_Y, samples.wi_y.data());
@@ -152,12 +153,13 @@ DirectionSamples Sampler::sample(const Vector& wo, std::size_t n, std::uint64_t 
     return samples;
 }
 
-std::vector<float> Sampler::density(const Directions& directions) const {
+std::vector<float> Sampler::density(const Directions& directions,
+                                    const ProgressFunction& progress) const {
     cl::Kernel kernel(program_, "density");
     kernel.setArg(2, theta_);
     kernel.setArg(3, table_);
     kernel.setArg(4, strengths_);
-    return run_over_directions(device_, kernel, 5, 1, directions);
+    return run_over_directions(device_, kernel, 5, 1, directions, progress);
 }
 
 DirectionSamples sample_material(const Device& device, const Material& material, const Vector& wo,
@@ -166,8 +168,8 @@ DirectionSamples sample_material(const Device& device, const Material& material,
 }
 
 std::vector<float> density(const Device& device, const Material& material,
-                           const Directions& directions) {
-    return Sampler(device, material).density(directions);
+                           const Directions& directions, const ProgressFunction& progress) {
+    return Sampler(device, material).density(directions, progress);
 }
 
 } // namespace brdfit

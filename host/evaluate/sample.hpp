@@ -3,6 +3,7 @@
 #include "host/device/device.hpp"
 #include "host/measured/samples.hpp"
 #include "host/model/material.hpp"
+#include "host/progress.hpp"
 
 #include <array>
 #include <cstdint>
@@ -36,16 +37,17 @@ class Sampler {
   public:
     Sampler(const Device& device, const Material& material);
 
-    /// Samples 0 to n-1 for wo. Throws UsageError where n is not in [1, 2^32) or wo is not above
-    /// the horizon and of unit length.
-    DirectionSamples sample(const Vector& wo, std::size_t n, std::uint64_t seed,
-                            Sequence sequence) const;
+    /// Samples first to first + n - 1 for wo. Throws UsageError where n or first + n is not in
+    /// [1, 2^32) or wo is not above the horizon and of unit length.
+    DirectionSamples sample(const Vector& wo, std::size_t n, std::uint64_t seed, Sequence sequence,
+                            std::size_t first = 0) const;
     /// Draws without fetching the results: the device's work alone. n is at most a pass,
     /// samples_a_pass(); waits for the device.
     void draw(const Vector& wo, std::size_t n, std::uint64_t seed, Sequence sequence) const;
     std::size_t samples_a_pass() const { return pass_; }
     /// The density of wi given wo at each pair, 1/sr; 0 below the horizon.
-    std::vector<float> density(const Directions& directions) const;
+    std::vector<float> density(const Directions& directions,
+                               const ProgressFunction& progress = {}) const;
 
   private:
     /// Draws samples first to first + n - 1 into out_.
@@ -64,6 +66,6 @@ DirectionSamples sample_material(const Device& device, const Material& material,
                                  std::size_t n, std::uint64_t seed, Sequence sequence);
 /// The density of the material's sampler at each pair; see Sampler.
 std::vector<float> density(const Device& device, const Material& material,
-                           const Directions& directions);
+                           const Directions& directions, const ProgressFunction& progress = {});
 
 } // namespace brdfit

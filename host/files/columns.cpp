@@ -32,26 +32,41 @@ void require_csv_names(const std::string& path, const std::vector<std::string>& 
     }
 }
 
+void require_columns_ending(const std::string& path) {
+    const std::string ending = std::filesystem::path(path).extension().string();
+    if (ending != ".csv" && ending != ".npy")
+        throw UsageError(fmt::format("{}: unknown ending; expected .csv or .npy", path));
+}
+
+namespace {
+
+// The path, once it and the names are known to do.
+const std::string& checked(const std::string& path, const std::vector<std::string>& names) {
+    require_columns_ending(path);
+    if (std::filesystem::path(path).extension() == ".csv")
+        require_csv_names(path, names);
+    return path;
+}
+
+} // namespace
+
+ColumnWriter::ColumnWriter(const std::string& path, const std::vector<std::string>& names,
+                           std::size_t rows, const std::vector<std::string>& provenance)
+    : csv_(std::filesystem::path(path).extension() == ".csv"), columns_(names.size()),
+      writer_(checked(path, names)) {
+    writer_.bytes(csv_ ? csv_head(names, provenance) : npy::header(rows, columns_));
+}
+
 void write_columns(const std::string& path, const std::vector<std::string>& names,
                    const std::vector<std::vector<float>>& columns,
-                   const std::vector<std::string>& provenance) {
-    const std::string ending = std::filesystem::path(path).extension().string();
-    const bool csv = ending == ".csv";
-    if (!csv && ending != ".npy")
-        throw UsageError(fmt::format("{}: unknown ending; expected .csv or .npy", path));
+                   const std::vector<std::string>& provenance, const ProgressFunction& progress) {
     const std::size_t rows = columns.empty() ? 0 : columns[0].size();
-    if (csv)
-        require_csv_names(path, names);
-    RowWriter writer(path);
-    writer.bytes(csv ? csv_head(names, provenance) : npy::header(rows, columns.size()));
+    ColumnWriter writer(path, names, rows, provenance);
     for (std::size_t row = 0; row < rows; ++row) {
-        for (std::size_t i = 0; i < columns.size(); ++i) {
-            if (csv)
-                writer.text(columns[i][row], i + 1 < columns.size() ? ',' : '\n');
-            else
-                writer.raw(columns[i][row]);
-        }
-        writer.end_row();
+        for (const std::vector<float>& column : columns)
+            writer.value(column[row]);
+        if (row % 65536 == 0)
+            tell(progress, static_cast<double>(row) / static_cast<double>(rows));
     }
     writer.commit();
 }

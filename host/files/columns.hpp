@@ -1,6 +1,7 @@
 #pragma once
 
 #include "host/files/file.hpp"
+#include "host/progress.hpp"
 
 #include <fmt/compile.h>
 #include <fmt/format.h>
@@ -51,10 +52,41 @@ std::string csv_head(const std::vector<std::string>& names,
 /// Throws InputError, naming the path, where a .csv file with these columns could not be read back.
 void require_csv_names(const std::string& path, const std::vector<std::string>& names);
 
-/// Writes a table of named float columns as `.csv` (with `# ` provenance lines) or `.npy` (N, M)
-/// float32. `columns[m]` holds N values. Throws UsageError for another ending.
+/// Throws UsageError unless the path ends in .csv or .npy.
+void require_columns_ending(const std::string& path);
+
+/// Writes a table of named float columns, row after row, as `.csv` (with `# ` provenance lines) or
+/// `.npy` (N, M) float32. Throws UsageError for another ending.
+class ColumnWriter {
+  public:
+    /// `rows`: N, all that will be written.
+    ColumnWriter(const std::string& path, const std::vector<std::string>& names, std::size_t rows,
+                 const std::vector<std::string>& provenance);
+
+    /// The next value of the row, or the first of the next one.
+    void value(float x) {
+        const bool last = ++column_ == columns_;
+        if (csv_)
+            writer_.text(x, last ? '\n' : ',');
+        else
+            writer_.raw(x);
+        if (last) {
+            column_ = 0;
+            writer_.end_row();
+        }
+    }
+    void commit() { writer_.commit(); }
+
+  private:
+    bool csv_;
+    std::size_t columns_, column_ = 0;
+    RowWriter writer_;
+};
+
+/// The same of whole columns: `columns[m]` holds N values.
 void write_columns(const std::string& path, const std::vector<std::string>& names,
                    const std::vector<std::vector<float>>& columns,
-                   const std::vector<std::string>& provenance = {});
+                   const std::vector<std::string>& provenance = {},
+                   const ProgressFunction& progress = {});
 
 } // namespace brdfit

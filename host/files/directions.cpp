@@ -104,4 +104,59 @@ Directions read_directions(const std::string& path) {
                                  path));
 }
 
+std::vector<Vector> read_viewers(const std::string& path) {
+    const MappedFile file(path);
+    std::vector<Vector> viewers;
+    const auto add = [&](const std::array<double, 3>& row, const auto& fail) {
+        Vector wo;
+        if (!normalise(row.data(), wo))
+            fail("wo is not a unit vector");
+        if (!(static_cast<float>(wo[2]) > 0))
+            fail("wo is not above the horizon; expected wo_z above 0");
+        viewers.push_back(wo);
+    };
+    if (npy::recognise(file.bytes())) {
+        const npy::Array table = npy::read(file);
+        if ((table.columns != 3 && table.columns != 6) || table.rows == 0)
+            throw InputError(
+                fmt::format("{}: {} rows of {} columns; expected at least one row of 3 "
+                            "(wo) or 6 (wi, wo)",
+                            path, table.rows, table.columns));
+        for (std::size_t k = 0; k < table.rows; ++k) {
+            const std::size_t wo = table.columns - 3;
+            add({table.at(k, wo), table.at(k, wo + 1), table.at(k, wo + 2)},
+                [&](const char* message) {
+                    throw InputError(fmt::format("{}: row {}: {}", path, k, message));
+                });
+        }
+        return viewers;
+    }
+    text::Lines lines(file);
+    std::vector<std::string_view> fields;
+    if (lines.next())
+        text::split(lines.line(), ',', fields);
+    std::array<std::size_t, 3> column{};
+    for (std::size_t i = 0; i < column.size(); ++i) {
+        const auto found = std::find(fields.begin(), fields.end(), direction_columns[3 + i]);
+        if (found == fields.end())
+            throw InputError(fmt::format("{}: unknown format; expected CSV with the columns "
+                                         "wo_x,wo_y,wo_z or .npy of shape (N, 3) or (N, 6)",
+                                         path));
+        column[i] = static_cast<std::size_t>(found - fields.begin());
+    }
+    const std::size_t columns = fields.size();
+    while (lines.next()) {
+        text::split(lines.line(), ',', fields);
+        if (fields.size() != columns)
+            lines.fail(fmt::format("{} fields; expected {}", fields.size(), columns));
+        std::array<double, 3> row;
+        for (std::size_t i = 0; i < row.size(); ++i)
+            row[i] = text::number(lines, direction_columns[3 + i], fields[column[i]]);
+        add(row, [&](const char* message) { lines.fail(message); });
+    }
+    if (viewers.empty())
+        lines.fail_file("no directions; expected rows of numbers after the header");
+    return viewers;
+}
+
 } // namespace brdfit

@@ -3,6 +3,7 @@
 #include "host/directions.hpp"
 
 #include <string>
+#include <vector>
 
 namespace brdfit {
 
@@ -10,5 +11,9 @@ namespace brdfit {
 /// float32 or float64, shape (N, 6); recognised by content. Vectors are normalised when within
 /// 1e-3 of unit length, otherwise InputError. Directions below the horizon are kept.
 Directions read_directions(const std::string& path);
+
+/// Reads viewers: wo of such a file, or of one that has wo_x,wo_y,wo_z alone (.npy: shape (N, 3)).
+/// Throws InputError also for one that is not above the horizon.
+std::vector<Vector> read_viewers(const std::string& path);
 
 } // namespace brdfit

@@ -145,9 +145,7 @@ Json parse_json(std::string_view text, const std::string& source, const std::str
 Json read_json(const std::string& path, const std::string& expected, std::size_t most_bytes) {
     const MappedFile file(path);
     if (file.bytes().size() > most_bytes && file.bytes().front() != '{')
-        throw InputError(fmt::format("{}: is no JSON; expected {} (brdfit info tells what a "
-                                     "measurement is)",
-                                     path, expected));
+        throw InputError(fmt::format("{}: is no JSON; expected {}", path, expected));
     if (file.bytes().size() > most_bytes)
         throw InputError(fmt::format("{}: has {} bytes; expected {} of at most {}", path,
                                      file.bytes().size(), expected, most_bytes));

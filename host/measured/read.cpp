@@ -25,14 +25,15 @@ Samples read_merl(const MappedFile& file, std::optional<bool> isotropic) {
 }
 
 struct Format {
+    const char* name;
     bool (*recognise)(std::string_view head);
     Samples (*read)(const MappedFile& file, std::optional<bool> isotropic);
 };
 
-constexpr Format formats[] = {{scattered::recognise, scattered::read},
-                              {astm::recognise, astm::read},
-                              {cornell::recognise, cornell::read},
-                              {npy_samples::recognise, npy_samples::read}};
+constexpr Format formats[] = {{"scattered CSV", scattered::recognise, scattered::read},
+                              {"ASTM E1392 text", astm::recognise, astm::read},
+                              {"Cornell spectral text", cornell::recognise, cornell::read},
+                              {"NumPy array", npy_samples::recognise, npy_samples::read}};
 constexpr const char* known_formats =
     "MERL .binary, ASTM E1392 text, Cornell spectral text, "
     "CSV with the columns theta_i,phi_i,theta_o,phi_o and one for each channel, "
@@ -95,6 +96,14 @@ class Digest {
 };
 
 } // namespace
+
+const char* measured_format(const MappedFile& file) {
+    const std::string_view head = file.bytes().substr(0, 1 << 16);
+    for (const Format& format : formats)
+        if (format.recognise(head))
+            return format.name;
+    return merl::recognise(file.bytes()) ? "MERL .binary" : not_yet_read(file.path(), head);
+}
 
 Samples read_samples(const std::string& path, std::optional<bool> isotropic) {
     const MappedFile file(path);

@@ -55,7 +55,7 @@ bool weighted(const Samples& samples) {
 }
 
 void write_csv(const Samples& samples, const std::string& path,
-               const std::vector<std::string>& provenance) {
+               const std::vector<std::string>& provenance, const ProgressFunction& progress) {
     std::vector<std::string> names{"theta_i", "phi_i", "theta_o", "phi_o"};
     names.insert(names.end(), samples.channels.begin(), samples.channels.end());
     const bool weights = weighted(samples);
@@ -67,6 +67,8 @@ void write_csv(const Samples& samples, const std::string& path,
     writer.bytes(csv_head(names, provenance));
     const std::size_t channels = samples.channels.size();
     for (std::size_t k = 0; k < samples.count(); ++k) {
+        if (k % 65536 == 0)
+            tell(progress, static_cast<double>(k) / static_cast<double>(samples.count()));
         if (!samples.valid[k])
             continue;
         const auto [wi, wo] = samples.directions->pair(k);
@@ -88,12 +90,14 @@ void write_csv(const Samples& samples, const std::string& path,
     writer.commit();
 }
 
-void write_npy(const Samples& samples, const std::string& path) {
+void write_npy(const Samples& samples, const std::string& path, const ProgressFunction& progress) {
     const std::size_t channels = samples.channels.size();
     const Directions& directions = *samples.directions;
     RowWriter writer(path);
     writer.bytes(npy::header(samples.valid_count(), 6 + channels + 1));
     for (std::size_t k = 0; k < samples.count(); ++k) {
+        if (k % 65536 == 0)
+            tell(progress, static_cast<double>(k) / static_cast<double>(samples.count()));
         if (!samples.valid[k])
             continue;
         auto [wi, wo] = directions.pair(k);
@@ -161,17 +165,21 @@ void write_merl(const Samples& samples, const std::string& path) {
 
 } // namespace
 
+void require_samples_ending(const std::string& path) {
+    ending_of(path);
+}
+
 void write_samples(const Samples& samples, const std::string& path,
-                   const std::vector<std::string>& provenance) {
+                   const std::vector<std::string>& provenance, const ProgressFunction& progress) {
     switch (ending_of(path)) {
     case Ending::Merl:
         return write_merl(samples, path);
     case Ending::Csv:
         require_valid_samples(samples, path);
-        return write_csv(samples, path, provenance);
+        return write_csv(samples, path, provenance, progress);
     case Ending::Npy:
         require_valid_samples(samples, path);
-        return write_npy(samples, path);
+        return write_npy(samples, path, progress);
     }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "host/measured/samples.hpp"
+#include "host/progress.hpp"
 
 #include <string>
 #include <vector>
@@ -15,6 +16,10 @@ namespace brdfit {
 /// are left out of .csv and .npy and are -1 in .binary. `provenance` lines head a .csv as `# `
 /// lines. Throws UsageError for another ending, InputError where the data does not fit the format.
 void write_samples(const Samples& samples, const std::string& path,
-                   const std::vector<std::string>& provenance = {});
+                   const std::vector<std::string>& provenance = {},
+                   const ProgressFunction& progress = {});
+
+/// Throws UsageError for an ending that write_samples does not know.
+void require_samples_ending(const std::string& path);
 
 } // namespace brdfit

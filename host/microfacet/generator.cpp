@@ -272,6 +272,13 @@ void Generator::for_pieces(const Distribution& distribution,
                 device_.queue.enqueueFillBuffer(piece.planes, 0.0F, 0, bytes);
             }
             piece.psis = some(nodes.psis.x);
+            const auto share_at = [&](std::size_t column) {
+                return (static_cast<double>(n) +
+                        static_cast<double>(column) / static_cast<double>(nodes.psis.size())) /
+                       static_cast<double>(distribution.parts.size());
+            };
+            piece.from = share_at(begin);
+            piece.to = share_at(begin + columns);
             const cl::Buffer psis = upload(device_, to_floats(piece.psis));
             const cl::Buffer psi_weights = upload(device_, to_floats(some(nodes.psis.w)));
             kernel.setArg(0, table);
@@ -299,7 +306,7 @@ std::vector<float> Generator::planes_on_host(const Piece& piece) const {
 }
 
 void Generator::add_areas(const Piece& nodes, const std::vector<Vector>& directions,
-                          std::vector<double>& sums) const {
+                          std::vector<double>& sums, const ProgressFunction& progress) const {
     const auto block = static_cast<std::size_t>(device_.form.block);
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
@@ -325,15 +332,18 @@ void Generator::add_areas(const Piece& nodes, const std::vector<Vector>& directi
                    found.data());
         for (std::size_t i = begin; i < end; ++i)
             sums[i] += found[i - begin];
+        tell(part_of(progress, nodes.from, nodes.to),
+             static_cast<double>(end) / static_cast<double>(directions.size()));
     }
 }
 
 std::vector<double> Generator::areas(const Distribution& distribution,
                                      const std::vector<std::size_t>& fineness,
-                                     const std::vector<Vector>& directions) const {
+                                     const std::vector<Vector>& directions,
+                                     const ProgressFunction& progress) const {
     std::vector<double> sums(directions.size());
     for_pieces(distribution, fineness,
-               [&](const Piece& piece) { add_areas(piece, directions, sums); });
+               [&](const Piece& piece) { add_areas(piece, directions, sums, progress); });
     return sums;
 }
 
@@ -363,7 +373,8 @@ Distribution Generator::weighted(Distribution distribution) const {
 }
 
 void Generator::reflect(MicrofacetTable& table, std::size_t fineness,
-                        const std::vector<double>& part_shares) const {
+                        const std::vector<double>& part_shares,
+                        const ProgressFunction& progress) const {
     const auto block = static_cast<std::size_t>(device_.form.block);
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
@@ -372,8 +383,8 @@ void Generator::reflect(MicrofacetTable& table, std::size_t fineness,
     std::vector<std::size_t> inner_fineness;
     for (const double share : part_shares)
         inner_fineness.push_back((share < small_share ? coarse : middle) * fineness);
-    const std::vector<double> inner_areas =
-        areas(table.distribution, inner_fineness, directions_of(inner.grid));
+    const std::vector<double> inner_areas = areas(
+        table.distribution, inner_fineness, directions_of(inner.grid), part_of(progress, 0, 0.2));
     inner.g.assign(inner_areas.begin(), inner_areas.end());
     const cl::Buffer words = upload(device_, packed_areas(refined(inner, 8)));
     const std::vector<Vector> directions = directions_of(table.grid);
@@ -407,6 +418,8 @@ void Generator::reflect(MicrofacetTable& table, std::size_t fineness,
                 kernel, cl::NullRange, cl::NDRange(blocks * local, count), cl::NDRange(local, 1));
             add_blocks(download<float>(device_, out, count * blocks * REFLECTANCE_SUMS), blocks,
                        REFLECTANCE_SUMS, sums.data() + REFLECTANCE_SUMS * begin);
+            tell(part_of(part_of(progress, 0.2, 1), nodes.from, nodes.to),
+                 static_cast<double>(begin + count) / static_cast<double>(directions.size()));
         }
     });
     for (const auto& [plane, k] : {std::pair(&table.r0, R0), std::pair(&table.r1, R1),
@@ -493,7 +506,8 @@ struct PartSums {
 } // namespace
 
 MicrofacetTable Generator::generate(const Distribution& specified, const GeneratorOptions& options,
-                                    const std::string& source) const {
+                                    const std::string& source,
+                                    const ProgressFunction& progress) const {
     if (options.points < least_points || options.points > most_points)
         throw UsageError(fmt::format("a grid of {} points; expected {} to {}", options.points,
                                      least_points, most_points));
@@ -512,7 +526,7 @@ MicrofacetTable Generator::generate(const Distribution& specified, const Generat
     for_pieces(specified, each, [&](const Piece& piece) {
         PartSums& sums = parts[piece.part];
         sums.add(planes_on_host(piece), piece.stride, piece.rows, piece.shares, piece.psis);
-        add_areas(piece, directions, sums.areas);
+        add_areas(piece, directions, sums.areas, part_of(progress, 0, 0.3));
     });
     std::vector<double> masses;
     for (const PartSums& sums : parts)
@@ -555,7 +569,7 @@ MicrofacetTable Generator::generate(const Distribution& specified, const Generat
     table.g.assign(g.begin(), g.end());
     for (double& mass : masses)
         mass /= whole;
-    reflect(table, options.fineness, masses);
+    reflect(table, options.fineness, masses, part_of(progress, 0.3, 1));
     if (options.facets)
         tabulate_facets(table, options.fineness);
     return table;

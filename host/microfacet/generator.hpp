@@ -2,6 +2,7 @@
 
 #include "host/device/device.hpp"
 #include "host/microfacet/table.hpp"
+#include "host/progress.hpp"
 
 #include <cstddef>
 #include <functional>
@@ -32,7 +33,8 @@ class Generator {
     /// large or small for single precision, or <h.n> is not positive, and UsageError for Lambertian
     /// facets on an anisotropic distribution.
     MicrofacetTable generate(const Distribution& distribution, const GeneratorOptions& options,
-                             const std::string& source) const;
+                             const std::string& source,
+                             const ProgressFunction& progress = {}) const;
     /// g of a table's distribution at any unit directions.
     std::vector<double> visible_areas(const Distribution& distribution,
                                       const std::vector<Vector>& directions) const;
@@ -45,6 +47,7 @@ class Generator {
         cl::Buffer planes;
         std::size_t stride = 0, rows = 0; ///< padded to whole blocks and to whole vectors
         std::vector<double> shares, psis; ///< of rows and azimuths, see PartNodes
+        double from = 0, to = 1;          ///< which part of all pieces it is
     };
     /// Calls `use` with the nodes of all parts in turn, so that few are on the device at once.
     /// `fineness`: of each part.
@@ -53,13 +56,14 @@ class Generator {
     std::vector<float> planes_on_host(const Piece& piece) const;
     /// Adds g of the nodes at directions to the sums.
     void add_areas(const Piece& nodes, const std::vector<Vector>& directions,
-                   std::vector<double>& sums) const;
+                   std::vector<double>& sums, const ProgressFunction& progress = {}) const;
     std::vector<double> areas(const Distribution& distribution,
                               const std::vector<std::size_t>& fineness,
-                              const std::vector<Vector>& directions) const;
+                              const std::vector<Vector>& directions,
+                              const ProgressFunction& progress = {}) const;
     /// `part_shares`: of the parts in all normals.
     void reflect(MicrofacetTable& table, std::size_t fineness,
-                 const std::vector<double>& part_shares) const;
+                 const std::vector<double>& part_shares, const ProgressFunction& progress) const;
     void tabulate_facets(MicrofacetTable& table, std::size_t fineness) const;
 
     Device device_;

@@ -109,7 +109,8 @@ std::vector<LobeShape> shapes_of(const TableSpec& spec) {
 /// InputError for one that is infinite or out of reach.
 std::vector<Pair> directional(AlbedoIntegrator& integrator, const TableSpec& spec,
                               const std::vector<double>& mus, const std::vector<double>& slack,
-                              const std::vector<LobeShape>& shapes, double ior) {
+                              const std::vector<LobeShape>& shapes, double ior,
+                              const ProgressFunction& progress) {
     std::vector<AlbedoTask> tasks;
     for (const LobeShape& shape : shapes) {
         const std::vector<double> theta = theta_of(spec, shape);
@@ -120,7 +121,7 @@ std::vector<Pair> directional(AlbedoIntegrator& integrator, const TableSpec& spe
                              ior});
     }
     std::vector<Pair> pairs;
-    for (const AlbedoValue& v : integrator.integrate(tasks)) {
+    for (const AlbedoValue& v : integrator.integrate(tasks, progress)) {
         const std::string where =
             fmt::format("{}: the albedo of {} at cos_theta {:.6g}, {}", spec.name, spec.model->name,
                         mus[pairs.size() % mus.size()], shapes[pairs.size() / mus.size()].text());
@@ -136,11 +137,16 @@ std::vector<Pair> directional(AlbedoIntegrator& integrator, const TableSpec& spe
 
 /// The averages over viewers for each shape, with nodes doubled where two rules disagree.
 std::vector<Pair> averages(AlbedoIntegrator& integrator, const TableSpec& spec,
-                           const std::vector<LobeShape>& shapes, double ior) {
+                           const std::vector<LobeShape>& shapes, double ior,
+                           const ProgressFunction& progress) {
     std::vector<Pair> averages(shapes.size()), before(shapes.size());
     std::vector<std::size_t> open(shapes.size());
     std::iota(open.begin(), open.end(), std::size_t{0});
+    double left = 1; // two rounds, as a rule
     for (std::size_t nodes = fewest_nodes; !open.empty() && nodes <= most_nodes; nodes *= 2) {
+        const double share = nodes == fewest_nodes ? 0.3 : 0.7;
+        const ProgressFunction round = part_of(progress, 1 - left, 1 - left * (1 - share));
+        left *= 1 - share;
         // Below 1 the light is reflected totally up to an angle.
         const CosineRule rule(nodes, ior > 0 && ior < 1 ? std::sqrt(1 - ior * ior) : 0);
         std::vector<double> mus, slack;
@@ -151,7 +157,8 @@ std::vector<Pair> averages(AlbedoIntegrator& integrator, const TableSpec& spec,
         }
         for (const std::size_t a : open)
             chosen.push_back(shapes[a]);
-        const std::vector<Pair> pairs = directional(integrator, spec, mus, slack, chosen, ior);
+        const std::vector<Pair> pairs =
+            directional(integrator, spec, mus, slack, chosen, ior, round);
         std::vector<std::size_t> next;
         for (std::size_t k = 0; k < open.size(); ++k) {
             Pair sum;
@@ -184,15 +191,21 @@ std::vector<Pair> averages(AlbedoIntegrator& integrator, const TableSpec& spec,
 /// [ior][shape][cosine] of a table's axes; without a cosine, averages.
 std::vector<Pair> integrate(const Device& device, const TableSpec& spec,
                             const std::vector<double>& cosines,
-                            const std::vector<LobeShape>& shapes, const std::vector<double>& iors) {
+                            const std::vector<LobeShape>& shapes, const std::vector<double>& iors,
+                            const ProgressFunction& progress) {
     AlbedoIntegrator integrator(device, {&model_named("lambert"), {spec.model}, false}, 1);
     const bool average = axis_of(spec, AxisKind::CosTheta) == nullptr;
     std::vector<Pair> pairs;
+    std::size_t done = 0;
+    const auto count = static_cast<double>(iors.size());
     for (const double ior : iors) {
+        const ProgressFunction part = part_of(progress, static_cast<double>(done) / count,
+                                              static_cast<double>(done + 1) / count);
+        ++done;
         const std::vector<Pair> found =
-            average ? averages(integrator, spec, shapes, ior)
+            average ? averages(integrator, spec, shapes, ior, part)
                     : directional(integrator, spec, cosines, std::vector<double>(cosines.size(), 1),
-                                  shapes, ior);
+                                  shapes, ior, part);
         pairs.insert(pairs.end(), found.begin(), found.end());
     }
     return pairs;
@@ -351,14 +364,14 @@ void set_size(TableSpec& spec, std::size_t size) {
                                      spec.entries(), most_entries));
 }
 
-Table compute_table(const Device& device, const TableSpec& spec) {
+Table compute_table(const Device& device, const TableSpec& spec, const ProgressFunction& progress) {
     require_tolerance(spec.tolerance);
     const Axis* const cosine = axis_of(spec, AxisKind::CosTheta);
     const std::vector<double> cosines = values_of(cosine, 0),
                               f0s = values_of(axis_of(spec, AxisKind::F0), spec.f0),
                               iors = values_of(axis_of(spec, AxisKind::Ior), 0);
     const std::vector<LobeShape> shapes = shapes_of(spec);
-    const std::vector<Pair> pairs = integrate(device, spec, cosines, shapes, iors);
+    const std::vector<Pair> pairs = integrate(device, spec, cosines, shapes, iors, progress);
     Table table;
     table.spec = spec;
     table.values.assign(spec.values() + (spec.third_channel ? 1 : 0),

@@ -2,6 +2,7 @@
 
 #include "host/device/device.hpp"
 #include "host/model/catalogue.hpp"
+#include "host/progress.hpp"
 
 #include <map>
 #include <string>
@@ -134,7 +135,8 @@ inline constexpr std::size_t most_axes = 4;
 
 /// Computes a table. Throws UsageError for a tolerance out of reach, InputError where an entry is
 /// infinite or does not reach the tolerance, naming it.
-Table compute_table(const Device& device, const TableSpec& spec);
+Table compute_table(const Device& device, const TableSpec& spec,
+                    const ProgressFunction& progress = {});
 
 /// What the table is, as names and texts: quantity, axes with mapping and nodes, order, encoding,
 /// model, tolerance, error, software.

@@ -3,9 +3,11 @@
 #include "host/embedded.hpp"
 #include "host/microfacet/generator.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fcntl.h>
 #include <fstream>
+#include <gtest/gtest.h>
 #include <iterator>
 #include <spawn.h>
 #include <stdexcept>
@@ -140,6 +142,18 @@ std::string kernel_text(const std::string& file) {
 std::filesystem::path data_folder() {
     const char* folder = std::getenv("BRDFIT_DATA");
     return folder == nullptr ? "" : folder;
+}
+
+std::vector<double> told_shares(const std::function<void(const ProgressFunction&)>& action) {
+    std::vector<double> shares;
+    action([&](double share) { shares.push_back(share); });
+    EXPECT_GT(shares.size(), 2U);
+    EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+    for (const double share : shares) {
+        EXPECT_GE(share, 0);
+        EXPECT_LE(share, 1 + 1e-12);
+    }
+    return shares;
 }
 
 const Device& device() {

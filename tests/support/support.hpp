@@ -2,6 +2,7 @@
 
 #include "host/device/device.hpp"
 #include "host/error.hpp"
+#include "host/progress.hpp"
 
 #include <filesystem>
 #include <functional>
@@ -80,6 +81,10 @@ std::string complaint(const Action& action) {
     }
     return "";
 }
+
+/// Runs an action with a progress and returns the shares that it told. Expects them to grow within
+/// [0, 1], and more than two of them.
+std::vector<double> told_shares(const std::function<void(const ProgressFunction&)>& action);
 
 /// The default device, opened once.
 const Device& device();

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "host/error.hpp"
+#include "host/measured/kind.hpp"
+#include "host/measured/read.hpp"
+#include "host/model/material.hpp"
+
+#include <fmt/format.h>
+#include <optional>
+#include <string>
+
+namespace brdfit::cli {
+
+/// What read(path) returns. Where it throws InputError and the file is of another kind than
+/// expected, the InputError says of which.
+template <typename Read>
+auto reading(const std::string& path, FileKind expected, Read read) {
+    try {
+        return read(path);
+    } catch (const InputError&) {
+        std::string found;
+        try {
+            const Recognised known = recognised(MappedFile(path));
+            if (known.kind != expected)
+                found = known.text;
+        } catch (const InputError&) { // cannot be read at all, as the first one says
+        }
+        if (found.empty())
+            throw;
+        throw InputError(fmt::format("{} is {}; expected {}", path, found, name_of(expected)));
+    }
+}
+
+inline Material read_material_file(const std::string& path) {
+    return reading(path, FileKind::Material, read_material);
+}
+inline Samples read_measurement(const std::string& path, std::optional<bool> isotropic) {
+    return reading(path, FileKind::Measurement,
+                   [&](const std::string& file) { return read_samples(file, isotropic); });
+}
+
+} // namespace brdfit::cli
