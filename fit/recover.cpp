@@ -24,12 +24,14 @@ constexpr double smoothness = 3e-3;
 constexpr double rising = 10;
 /// Of the squared error beyond peak_theta, brought to the size of the whole.
 constexpr double emphasis = 0.05;
+/// Degrees about peak_theta in which that sets in: a step would leave a kink in the distribution.
+constexpr double ramp = 10;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct Sample {
     double weight; ///< w iz^2
     double p5;     ///< (1 - c)^5
-    bool outside;  ///< beyond peak_theta
+    double beyond; ///< peak_theta: 0 to 1
     DistributionNodes::Place normal, wi, wo;
 };
 
@@ -37,6 +39,13 @@ struct Sample {
 Vector half(const Samples& samples, std::size_t k) {
     const Directions& d = *samples.directions;
     return {d.plane(Directions::HX)[k], d.plane(Directions::HY)[k], d.plane(Directions::HZ)[k]};
+}
+
+/// How far a half vector is beyond peak_theta: 0, 1 or between within the ramp.
+double beyond_peak(double hz) {
+    const double theta = std::acos(std::min(hz, 1.0)) / degree;
+    const double x = std::clamp((theta - peak_theta + ramp) / (2 * ramp), 0.0, 1.0);
+    return x * x * (3 - 2 * x);
 }
 
 /// The squared error of a distribution, kd, ks and f0 being solved for.
@@ -52,7 +61,7 @@ class Problem {
             sample.weight =
                 (samples.weights.empty() ? 1 : double{samples.weights[k]}) * iz[k] * iz[k];
             sample.p5 = std::pow(1 - c[k], 5);
-            sample.outside = half(samples, k)[2] < std::cos(peak_theta * degree);
+            sample.beyond = beyond_peak(half(samples, k)[2]);
             sample.normal = nodes.place_of_normal(half(samples, k));
             const auto [wi, wo] = samples.directions->pair(k);
             sample.wi = nodes.place_of_area(wi);
@@ -72,7 +81,7 @@ class Problem {
     double f0 = 0;
     std::vector<double> kd, ks;
 
-    /// The squared error of log p = x, samples outside the peak counting 1 + `outside` times, and
+    /// The squared error of log p = x, samples beyond the peak counting 1 + `outside` times, and
     /// its gradient by x, unless null.
     double error(const std::vector<double>& x, double outside, std::vector<double>* gradient) {
         std::vector<double> p(x.size());
@@ -84,7 +93,7 @@ class Problem {
         return error;
     }
 
-    /// Of that, with the strengths found last: all of it, and what is outside the peak.
+    /// Of that, with the strengths found last: all of it, and what is beyond the peak.
     struct Parts {
         double whole = 0, outside = 0;
     };
@@ -96,7 +105,7 @@ class Problem {
             for (std::size_t ch = 0; ch < channels_; ++ch) {
                 const double e = kd[ch] / pi + ks[ch] * lobe - values_[i * channels_ + ch];
                 parts.whole += s.weight * e * e;
-                parts.outside += s.outside ? s.weight * e * e : 0;
+                parts.outside += s.beyond * s.weight * e * e;
             }
         }
         return parts;
@@ -146,7 +155,7 @@ class Problem {
             double pull = 0;
             for (std::size_t ch = 0; ch < channels_; ++ch)
                 pull += ks[ch] * (kd[ch] / pi + ks[ch] * lobe - values_[i * channels_ + ch]);
-            pull *= 2 * s.weight * (s.outside ? 1 + outside : 1);
+            pull *= 2 * s.weight * (1 + outside * s.beyond);
             for (std::size_t b = 0; b < 4; ++b)
                 by_p(s.normal.at[b]) += pull * visibility_[i] * fresnel * s.normal.share[b];
             by_g(g_.size() - 1) += pull * lobe / g_(g_.size() - 1);
@@ -171,7 +180,7 @@ class Problem {
         std::vector<double> squared(channels_);
         for (std::size_t i = 0; i < samples_.size(); ++i) {
             const Sample& s = samples_[i];
-            const double w = s.weight * (s.outside ? 1 + outside : 1);
+            const double w = s.weight * (1 + outside * s.beyond);
             const Eigen::Vector3d b(1 / pi, s.p5 * lobe_[i], (1 - s.p5) * lobe_[i]);
             gram += w * b * b.transpose();
             for (std::size_t ch = 0; ch < channels_; ++ch) {
@@ -340,6 +349,30 @@ double roughness(const DistributionNodes& nodes, const std::vector<double>& x,
     return w * sum;
 }
 
+// Descends from an analytic distribution, beside which it stays smooth (strength `w`). The problem
+// is left at what was found.
+Minimum descend(Problem& problem, const std::vector<double>& from, double outside, double w,
+                int evaluations, const std::function<void(double)>& progress) {
+    std::vector<double> lower(from), upper(from);
+    for (std::size_t n = 0; n < from.size(); ++n) {
+        lower[n] -= 12;
+        upper[n] += 12;
+    }
+    int done = 0;
+    const auto error = [&](const std::vector<double>& x, std::vector<double>* gradient) {
+        progress(std::min(1.0, static_cast<double>(done++) / evaluations));
+        const double value = problem.error(x, outside, gradient);
+        return value + roughness(problem.nodes, x, from, w, gradient);
+    };
+    MinimiseOptions options;
+    options.algorithm = "LD_LBFGS";
+    options.max_evaluations = evaluations;
+    options.relative_tolerance = 1e-6;
+    const Minimum found = minimise(error, from, lower, upper, options);
+    problem.error(found.x, outside, nullptr);
+    return found;
+}
+
 } // namespace
 
 Recovered recover(const Device& device, const Generator& generator, const Samples& samples,
@@ -367,36 +400,21 @@ Recovered recover(const Device& device, const Generator& generator, const Sample
     const double first = 0.2, last = 0.95; // of the progress
     for (std::size_t s = 0; s < starts.size(); ++s) {
         const std::vector<double> from = starts[s].family.log_p(problem.nodes, starts[s].theta);
-        std::vector<double> lower(from), upper(from);
-        for (std::size_t n = 0; n < from.size(); ++n) {
-            lower[n] -= 12;
-            upper[n] += 12;
-        }
         // With the emphasis, and without it where that has cost what must not be exceeded.
         for (const double more : {outside, 0.0}) {
-            int done = 0;
-            const double w = smoothness * analytic;
-            const auto error = [&](const std::vector<double>& x, std::vector<double>* gradient) {
-                progress(first + (last - first) *
-                                     (static_cast<double>(s) +
-                                      static_cast<double>(done++) / options.evaluations) /
-                                     static_cast<double>(starts.size()));
-                const double value = problem.error(x, more, gradient);
-                return value + roughness(problem.nodes, x, from, w, gradient);
-            };
-            MinimiseOptions descent;
-            descent.algorithm = "LD_LBFGS";
-            descent.max_evaluations = options.evaluations;
-            descent.relative_tolerance = 1e-6;
-            const Minimum found = minimise(error, from, lower, upper, descent);
+            const double width = (last - first) / static_cast<double>(starts.size());
+            const double begin = first + width * static_cast<double>(s);
+            const Minimum found =
+                descend(problem, from, more, smoothness * analytic, options.evaluations,
+                        [&](double share) { progress(begin + width * share); });
             result.evaluations += found.evaluations;
-            error(found.x, nullptr);
             const double plain = problem.parts().whole;
-            if (plain > analytic * (1 + 1e-9) && more > 0)
+            const bool allowed = plain <= analytic * (1 + 1e-9);
+            if (!allowed && more > 0)
                 continue;
             // Compared with the emphasis, whatever was minimised.
-            const double value = problem.parts().whole + outside * problem.parts().outside;
-            if (plain <= analytic * (1 + 1e-9) && value < best) {
+            const double value = plain + outside * problem.parts().outside;
+            if (allowed && value < best) {
                 best = value;
                 best_x = found.x;
                 best_outside = more;

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <new>
+#include <nlohmann/json.hpp>
 
 namespace brdfit {
 
@@ -99,7 +100,12 @@ class Program : public testing::Test {
 TEST_F(Program, takes_the_device_by_index_and_by_a_part_of_its_name) {
     const Device& device = test::device();
     EXPECT_EQ(eval({"--device", std::to_string(device.index)}).status, 0);
-    EXPECT_EQ(run_program({"--device", std::to_string(device.index), "devices"}).status, 0);
+    const Outcome listed =
+        run_program({"--device", std::to_string(device.index), "devices", "--json"});
+    EXPECT_EQ(listed.status, 0);
+    const auto list = nlohmann::json::parse(listed.out);
+    ASSERT_EQ(list.size(), 1U);
+    EXPECT_EQ(list[0]["name"], device.name);
     const bool only_one = list_devices().size() == 1;
     EXPECT_EQ(eval({"--device", upper_case(device.name.substr(0, 5))}).status, only_one ? 0 : 2);
 }

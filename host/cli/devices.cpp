@@ -9,13 +9,16 @@ namespace brdfit::cli {
 
 namespace {
 
-int devices(bool json) {
+int devices(bool json, const Globals& globals) {
     const std::vector<Device> all = list_devices();
     if (all.empty())
         open_device(); // says which package to install
     const std::size_t chosen = default_device(all);
+    const int only = globals.device.empty() ? -1 : open_device(globals.device).index;
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const Device& d : all) {
+        if (only >= 0 && d.index != only)
+            continue;
         list.push_back({{"index", d.index},
                         {"name", d.name},
                         {"platform", d.platform},
@@ -43,16 +46,18 @@ int devices(bool json) {
 
 } // namespace
 
-void add_devices(CLI::App& app, const Globals&, Action& action) {
-    CLI::App* command =
-        app.add_subcommand("devices", "List the OpenCL devices, the default marked *");
+void add_devices(CLI::App& app, const Globals& globals, Action& action) {
+    CLI::App* command = app.add_subcommand(
+        "devices", "List the OpenCL devices, the default marked *; with --device that one");
     auto json = std::make_shared<bool>(false);
     command->add_flag("--json", *json, "as JSON");
     command->footer("PoCL, the driver for CPUs, keeps the kernels it has built in POCL_CACHE_DIR "
                     "(~/.cache/pocl/kcache where\nthat is not set), which it must be able to write "
                     "to; where programs crash in it, remove that folder.\n"
                     "Example:\n  brdfit devices --json");
-    command->callback([json, &action] { action = [json] { return devices(*json); }; });
+    command->callback([json, &globals, &action] {
+        action = [json, &globals] { return devices(*json, globals); };
+    });
 }
 
 } // namespace brdfit::cli

@@ -66,7 +66,9 @@ extern "C" void explain_and_die(int signal) {
 }
 
 // Until the command ends, a signal that ends the program first removes its temporary files. What
-// was ignored (nohup) stays so, and so do others' handlers of crashes (a sanitizer's).
+// was ignored (nohup) stays so, and so do others' handlers of crashes (a sanitizer's). The ignored
+// is blocked as well: a driver's compiler (LLVM) sets handlers of its own while it builds, by
+// which a signal takes its files from under it.
 class Signals {
   public:
     Signals() {
@@ -74,17 +76,23 @@ class Signals {
             "brdfit: error: the program crashed, perhaps in the OpenCL driver; kernels that PoCL "
             "keeps in '{}' may be damaged: remove that folder, or name another in POCL_CACHE_DIR\n",
             pocl_cache().folder);
+        sigset_t ignored;
+        sigemptyset(&ignored);
         for (std::size_t i = 0; i < before_.size(); ++i) {
             const bool crash = i >= ends;
             sigaction(caught[i], nullptr, &before_[i]);
+            if (before_[i].sa_handler == SIG_IGN && !crash)
+                sigaddset(&ignored, caught[i]);
             if (before_[i].sa_handler == SIG_IGN || (crash && before_[i].sa_handler != SIG_DFL))
                 continue;
             struct sigaction now {};
             now.sa_handler = crash ? explain_and_die : clean_up_and_die;
             sigaction(caught[i], &now, nullptr);
         }
+        pthread_sigmask(SIG_BLOCK, &ignored, &mask_before_); // threads to come inherit it
     }
     ~Signals() {
+        pthread_sigmask(SIG_SETMASK, &mask_before_, nullptr);
         for (std::size_t i = 0; i < before_.size(); ++i)
             sigaction(caught[i], &before_[i], nullptr);
     }
@@ -95,6 +103,7 @@ class Signals {
     static constexpr std::size_t ends = 4; // then crashes
     static constexpr std::array caught{SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGSEGV, SIGBUS, SIGABRT};
     std::array<struct sigaction, caught.size()> before_{};
+    sigset_t mask_before_{};
 };
 
 // Throws InputError where not all of the standard output could be written.
@@ -185,7 +194,7 @@ int run(int argc, char** argv) {
         }
         return 0;
     }
-    for (const char* without : {"models", "info", "convert", "devices"})
+    for (const char* without : {"models", "info", "convert"})
         if (!globals.device.empty() && app.got_subcommand(without)) {
             spdlog::error("--device: {} runs on no device", without);
             return wrong_usage;
