@@ -179,7 +179,6 @@ TEST_F(Measured, npy_written_is_read_back) {
 
 TEST_F(Measured, formats_that_are_not_read_yet_are_named) {
     const std::pair<std::string, std::string> cases[] = {
-        {std::string("tensor_file\0\1\0", 14), "an RGL tensor file"},
         {"type bsdf_data\nformat angles=deg bsdf=value scale=1\n", "FRED"},
         {"#SAMPLE \"x\"\n#DIM 3 1\n0 0 0 1\n", "ALTA"},
         {"# made by\nSource  Measured\nSymmetry  PlaneSymmetrical\nScatterType  BRDF\n", "Zemax"},

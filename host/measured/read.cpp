@@ -4,6 +4,7 @@
 #include "host/files/npy.hpp"
 #include "host/measured/formats.hpp"
 #include "host/measured/merl.hpp"
+#include "host/measured/rgl.hpp"
 
 #include <algorithm>
 #include <array>
@@ -33,9 +34,10 @@ struct Format {
 constexpr Format formats[] = {{"scattered CSV", scattered::recognise, scattered::read},
                               {"ASTM E1392 text", astm::recognise, astm::read},
                               {"Cornell spectral text", cornell::recognise, cornell::read},
+                              {"RGL tensor file", rgl::recognise, rgl::read},
                               {"NumPy array", npy_samples::recognise, npy_samples::read}};
 constexpr const char* known_formats =
-    "MERL .binary, ASTM E1392 text, Cornell spectral text, "
+    "MERL .binary, RGL .bsdf, ASTM E1392 text, Cornell spectral text, "
     "CSV with the columns theta_i,phi_i,theta_o,phi_o and one for each channel, "
     ".npy that brdfit convert writes";
 
@@ -43,8 +45,6 @@ constexpr const char* known_formats =
 const char* not_yet_read(const std::string& path, std::string_view head) {
     const auto begins = [&](std::string_view with) { return head.substr(0, with.size()) == with; };
     const auto has = [&](const char* text) { return head.find(text) != std::string_view::npos; };
-    if (begins("tensor_file"))
-        return "an RGL tensor file";
     if (begins("type bsdf_data"))
         return "FRED's BSDF text";
     if (begins("\x76\x2f\x31\x01"))

@@ -7,6 +7,7 @@
 #include "host/model/catalogue.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/support/examples.hpp"
+#include "tests/support/rgl.hpp"
 
 #include <ImfArray.h>
 #include <ImfChannelList.h>
@@ -90,19 +91,21 @@ void add_measured(Seeds& seeds) {
         npy::header({1, 8}, "<f8") +
         std::string(reinterpret_cast<const char*>(wide_values), sizeof wide_values);
     const std::string merl = test::merl_header(90, 90, 180) + std::string(200, '\0');
-    for (const auto& [fuzzer, bytes] :
-         std::vector<std::pair<std::string, std::string>>{{"scattered", test::csv_example},
-                                                          {"scattered", weighted},
-                                                          {"astm", test::astm_example},
-                                                          {"cornell", test::cornell_example},
-                                                          {"npy", npy},
-                                                          {"npy", wide},
-                                                          {"npy", test::npy_example()},
-                                                          {"merl", merl}}) {
+    for (const auto& [fuzzer, bytes] : std::vector<std::pair<std::string, std::string>>{
+             {"scattered", test::csv_example},
+             {"scattered", weighted},
+             {"astm", test::astm_example},
+             {"cornell", test::cornell_example},
+             {"npy", npy},
+             {"npy", wide},
+             {"npy", test::npy_example()},
+             {"rgl", test::tensor_bytes(test::rgl_fields())},
+             {"rgl", test::tensor_bytes(test::rgl_fields(3, pi, 2))},
+             {"merl", merl}}) {
         seeds.add(fuzzer, bytes);
         seeds.add("measured", bytes);
     }
-    for (const char* other : {"tensor_file", "type bsdf_data", "#DIM 1", "ScatterType x", "{}"})
+    for (const char* other : {"type bsdf_data", "#DIM 1", "ScatterType x", "{}"})
         seeds.add("measured", other);
     seeds.add("directions", test::npy_example());
     seeds.add("directions", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0.6,0,0.8\n0,0,1,0,0,-1\n");
