@@ -2,6 +2,7 @@
 
 #include "host/error.hpp"
 #include "host/files/channels.hpp"
+#include "host/measured/rows.hpp"
 #include "host/measured/tensor_file.hpp"
 
 #include <algorithm>
@@ -195,17 +196,14 @@ double share(std::size_t i, std::size_t n) {
 
 /// Solid angle of the incident directions that slice (p, t) is nearest to.
 double incident_measure(const RglTables& tables, std::size_t p, std::size_t t) {
-    const auto border = [](const std::vector<float>& nodes, std::size_t i) {
-        return (static_cast<double>(nodes[i - 1]) + nodes[i]) / 2;
-    };
-    const auto& theta = tables.theta_i;
-    const auto& phi = tables.phi_i;
-    const double least = t == 0 ? 0 : border(theta, t);
-    const double most = t + 1 == theta.size() ? pi / 2 : border(theta, t + 1);
+    const std::vector<double> theta(tables.theta_i.begin(), tables.theta_i.end()),
+        phi(tables.phi_i.begin(), tables.phi_i.end());
+    const auto [least, most] = ranges_of(theta, 0, pi / 2)[t];
     double turn = 2 * pi / static_cast<double>(phi.size());
-    if (!tables.isotropic())
-        turn = (p + 1 == phi.size() ? phi[p] : border(phi, p + 1)) -
-               (p == 0 ? phi[p] : border(phi, p));
+    if (!tables.isotropic()) {
+        const auto [begin, end] = ranges_of(phi, phi.front(), phi.back())[p];
+        turn = end - begin;
+    }
     return turn * (std::cos(least) - std::cos(most));
 }
 
