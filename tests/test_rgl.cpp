@@ -91,6 +91,16 @@ TEST_F(Rgl, device_follows_the_definition) {
     expect_reference(path, random_pairs(200), 0.01);
 }
 
+TEST_F(Rgl, axes_belong_to_the_part_of_the_circle_that_a_file_has) {
+    for (const double turn : {pi, pi / 2}) {
+        write(rgl_fields(3, turn));
+        std::vector<test::Pair> pairs;
+        for (const Vector& wi : {Vector{0.6, 0, 0.8}, Vector{-0.6, 0, 0.8}})
+            pairs.push_back({wi, {0.36, 0.48, 0.8}});
+        expect_reference(path, pairs, 0.01);
+    }
+}
+
 TEST_F(Rgl, special_directions_have_finite_values) {
     write(rgl_fields(3, pi));
     std::vector<test::Pair> pairs = test::special_pairs();

@@ -21,9 +21,11 @@ struct Options {
 
 int eval(const Options& options, const Globals& globals) {
     require_columns_ending(options.out);
-    const bool measured = recognised(MappedFile(options.file)).kind == FileKind::Measurement;
     std::optional<Material> material;
-    if (!measured)
+    std::optional<MeasuredBrdf> measured;
+    if (recognised(MappedFile(options.file)).kind == FileKind::Measurement)
+        measured.emplace(options.file);
+    else
         material = read_material_file(options.file);
     Progress progress(3, globals.quiet);
     progress.show(0, options.directions);
@@ -31,11 +33,10 @@ int eval(const Options& options, const Globals& globals) {
         reading(options.directions, FileKind::Directions, read_directions);
     const Device device = open_device(globals.device);
     const ProgressFunction evaluating = progress.step(1, "evaluating");
-    const Evaluated evaluated =
-        measured
-            ? evaluate_measured(device, options.file, directions, evaluating)
-            : Evaluated{material->channels, evaluate(device, *material, directions, evaluating)};
-    const auto& [channels, values] = evaluated;
+    const std::vector<float> values = measured
+                                          ? measured->evaluate(device, directions, evaluating)
+                                          : evaluate(device, *material, directions, evaluating);
+    const std::vector<std::string>& channels = measured ? measured->channels() : material->channels;
     std::vector<std::string> names{"wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z"};
     std::vector<std::vector<float>> columns;
     const std::size_t count = directions.count();
@@ -63,8 +64,7 @@ void add_eval(CLI::App& app, const Globals& globals, Action& action) {
     auto options = std::make_shared<Options>();
     command
         ->add_option("FILE", options->file,
-                     "material (.json), or a measurement whose format has values everywhere: RGL "
-                     ".bsdf, MERL .binary")
+                     "material (.json), or measured reflectance in any known format")
         ->required();
     add_directions(*command, options->directions);
     command

@@ -111,13 +111,13 @@ __kernel void warp(__global const real* directions, uint count, __constant const
         const mask above = q.wi_z > 0.0f && q.wo_z > 0.0f;
         q = above_horizon(q, above);
         if (shape[REDUCTION] > 1) {
-            // Into the quadrants that the file has, where y and with four x are negative.
+            // Into the quadrants that the file has, where y and with four x are negative (-0 too: -pi).
             const real turn_y = q.wi_y > 0.0f ? (real)(-1.0f) : (real)(1.0f);
             const real turn_x = shape[REDUCTION] == 2 ? turn_y
                                 : q.wi_x > 0.0f      ? (real)(-1.0f)
                                                      : (real)(1.0f);
             q.wi_x *= turn_x;
-            q.wi_y *= turn_y;
+            q.wi_y = -fabs(q.wi_y);
             q.h_x *= turn_x;
             q.h_y *= turn_y;
         }

@@ -203,6 +203,8 @@ std::vector<double> rgl_reference(const std::vector<TensorField>& fields, Vector
         const double x = turns > 3 ? (wi[0] > 0 ? -1 : 1) : y;
         for (Vector* v : {&wi, &wo})
             *v = {x * (*v)[0], y * (*v)[1], (*v)[2]};
+        if (turns > 1.5)
+            wi[1] = -std::abs(wi[1]); // -0: the azimuth is -pi, not pi
     }
     const auto polar = [](const Vector& v) { return std::atan2(std::hypot(v[0], v[1]), v[2]); };
     const auto azimuth = [](const Vector& v) { return std::atan2(v[1], v[0]); };
