@@ -105,7 +105,7 @@ TEST_F(BadMeasured, unknown_content_lists_the_formats) {
          {std::string("x"), std::string("\n\n\n"), std::string("# only a comment\n"),
           std::string("a,b,c\n1,2,3\n"), std::string(100000, '\0'), std::string(1000, '\xff'),
           std::string("\x89PNG\r\n\x1a\n and more")}) {
-        expects(complaint_of(bytes), "unknown format; known: MERL .binary, ASTM");
+        expects(complaint_of(bytes), "unknown format; known: MERL .binary, RGL .bsdf, UTIA .bin");
         expects(complaint_of(bytes), "theta_i,phi_i,theta_o,phi_o");
     }
 }

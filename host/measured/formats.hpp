@@ -52,6 +52,53 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic);
 
 } // namespace brdfit::cornell
 
+namespace brdfit::fred {
+
+/// FRED's tabulated BSDF text: a line of the specular direction, theta and phi, then rows of theta,
+/// phi and a value at that incidence. Negative theta lie across the normal. One channel.
+bool recognise(std::string_view bytes);
+Samples read(const MappedFile& file, std::optional<bool> isotropic);
+
+} // namespace brdfit::fred
+
+namespace brdfit::zemax {
+
+/// Zemax's tabular BSDF text: for each sample rotation and angle of incidence a table over azimuth
+/// and radial angle about the specular direction. wi has the sample rotation as its azimuth; zeros
+/// at the end of a row were not measured. Weights are solid angles of wi times wo. One channel, or
+/// X, Y and Z.
+bool recognise(std::string_view bytes);
+Samples read(const MappedFile& file, std::optional<bool> isotropic);
+
+} // namespace brdfit::zemax
+
+namespace brdfit::alta {
+
+/// Text of the ALTA library: comments #DIM, #PARAM_IN and #PARAM_OUT say what the columns are.
+/// Values with a cosine are divided by it; where it is below 1e-4 they become invalid.
+bool recognise(std::string_view bytes);
+Samples read(const MappedFile& file, std::optional<bool> isotropic);
+
+} // namespace brdfit::alta
+
+namespace brdfit::utia {
+
+/// The UTIA BRDF database's .bin (Filip and Vavra 2014): float64 [channel][wi][wo], 288 directions
+/// each, [theta][phi] in steps of 15 and 7.5 degrees from 0. Known by its size alone.
+inline constexpr std::size_t channels = 3, theta_nodes = 6, phi_nodes = 48,
+                             directions = theta_nodes * phi_nodes;
+inline constexpr double theta_step = 15 * degree, phi_step = 7.5 * degree;
+
+/// Direction of one of the 288 nodes.
+Vector node_direction(std::size_t node);
+/// Whether all the bytes of a file are of that size.
+bool recognise(std::string_view bytes);
+/// The table, as the file has it.
+std::vector<float> read_table(const MappedFile& file);
+Samples read(const MappedFile& file, std::optional<bool> isotropic);
+
+} // namespace brdfit::utia
+
 namespace brdfit::npy_samples {
 
 /// NumPy arrays (N, 6 + channels + 1) of float32 or float64, as write_samples makes them: wi, wo,

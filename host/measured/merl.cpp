@@ -141,7 +141,7 @@ std::vector<float> bin_weights() {
     return weights;
 }
 
-std::size_t bin_of(const Vector& wi, const Vector& wo) {
+std::array<double, 3> bin_coordinates(const Vector& wi, const Vector& wo) {
     const Vector sum{wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]};
     const Vector difference{wi[0] - wo[0], wi[1] - wo[1], wi[2] - wo[2]};
     const double radius = std::hypot(sum[0], sum[1]);
@@ -156,14 +156,19 @@ std::size_t bin_of(const Vector& wi, const Vector& wo) {
     double phi_d = std::atan2(y, x);
     if (phi_d < 0)
         phi_d += pi; // reciprocity: wi and wo may change places
-    const auto index = [](double fraction, int count) {
-        return static_cast<std::size_t>(std::min(std::max(fraction * count, 0.0), count - 1.0));
+    if (phi_d >= pi)
+        phi_d = 0; // pi is 0 again
+    return {std::sqrt(theta_h / (pi / 2)) * theta_h_bins, theta_d / (pi / 2) * theta_d_bins,
+            phi_d / pi * phi_d_bins};
+}
+
+std::size_t bin_of(const Vector& wi, const Vector& wo) {
+    const auto [h, d, p] = bin_coordinates(wi, wo);
+    const auto index = [](double at, int count) {
+        return static_cast<std::size_t>(std::min(std::max(at, 0.0), count - 1.0));
     };
-    const std::size_t ih = index(std::sqrt(theta_h / (pi / 2)), theta_h_bins);
-    const std::size_t id = index(theta_d / (pi / 2), theta_d_bins);
-    // pi is 0 again
-    const std::size_t ip = phi_d < pi ? index(phi_d / pi, phi_d_bins) : 0;
-    return (ih * theta_d_bins + id) * phi_d_bins + ip;
+    return (index(h, theta_h_bins) * theta_d_bins + index(d, theta_d_bins)) * phi_d_bins +
+           index(p, phi_d_bins);
 }
 
 bool recognise(std::string_view bytes) {

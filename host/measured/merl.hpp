@@ -3,6 +3,7 @@
 #include "host/files/file.hpp"
 #include "host/measured/samples.hpp"
 
+#include <array>
 #include <memory>
 #include <string>
 
@@ -15,6 +16,9 @@ inline constexpr std::size_t bins = std::size_t{90} * 90 * 180;
 std::shared_ptr<const Directions> bin_directions();
 /// Solid-angle measure of each bin, d(wi) d(wo) = 4 cos(theta_d) dw_h dw_d.
 std::vector<float> bin_weights();
+/// Where a pair of directions lies among the bins along theta_h, theta_d and phi_d: whole numbers
+/// are their lower borders, phi_d in [0, 180) (reciprocity: half a turn is none).
+std::array<double, 3> bin_coordinates(const Vector& wi, const Vector& wo);
 /// Index of the bin that holds a pair of directions above the horizon (isotropic: azimuths count
 /// only relative to each other).
 std::size_t bin_of(const Vector& wi, const Vector& wo);

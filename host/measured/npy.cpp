@@ -2,6 +2,7 @@
 #include "host/error.hpp"
 #include "host/files/channels.hpp"
 #include "host/measured/formats.hpp"
+#include "host/measured/rows.hpp"
 
 #include <array>
 #include <cfloat>
@@ -60,9 +61,7 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
                                      max_channels));
     Samples samples;
     samples.format = "NumPy array";
-    for (std::size_t c = 0; c < channels; ++c)
-        samples.channels.push_back(channels == 3 ? std::string(1, "RGB"[c])
-                                                 : fmt::format("channel_{}", c + 1));
+    samples.channels = numbered_channels(channels);
     Directions directions(table.rows);
     samples.values.resize(channels * table.rows);
     samples.weights.resize(table.rows);

@@ -4,12 +4,11 @@
 #include "host/files/npy.hpp"
 #include "host/measured/formats.hpp"
 #include "host/measured/merl.hpp"
+#include "host/measured/rgl.hpp"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <cmath>
-#include <filesystem>
+#include <cctype>
 #include <fmt/format.h>
 #include <future>
 
@@ -30,51 +29,55 @@ struct Format {
     Samples (*read)(const MappedFile& file, std::optional<bool> isotropic);
 };
 
+// Known by their first bytes.
 constexpr Format formats[] = {{"scattered CSV", scattered::recognise, scattered::read},
                               {"ASTM E1392 text", astm::recognise, astm::read},
                               {"Cornell spectral text", cornell::recognise, cornell::read},
+                              {"RGL tensor file", rgl::recognise, rgl::read},
+                              {"ALTA text", alta::recognise, alta::read},
+                              {"Zemax BSDF text", zemax::recognise, zemax::read},
+                              {"FRED BSDF text", fred::recognise, fred::read},
                               {"NumPy array", npy_samples::recognise, npy_samples::read}};
+// By their size too.
+constexpr Format sized_formats[] = {{"MERL .binary", merl::recognise, read_merl},
+                                    {"UTIA .bin", utia::recognise, utia::read}};
 constexpr const char* known_formats =
-    "MERL .binary, ASTM E1392 text, Cornell spectral text, "
-    "CSV with the columns theta_i,phi_i,theta_o,phi_o and one for each channel, "
-    ".npy that brdfit convert writes";
+    "MERL .binary, RGL .bsdf, UTIA .bin, ASTM E1392 text, Cornell spectral text, ALTA text, Zemax "
+    "BSDF text, FRED BSDF text, CSV with the columns theta_i,phi_i,theta_o,phi_o and one for each "
+    "channel, .npy that brdfit convert writes";
 
-// What a file is that measurements are published as, or nullptr.
-const char* not_yet_read(const std::string& path, std::string_view head) {
-    const auto begins = [&](std::string_view with) { return head.substr(0, with.size()) == with; };
-    const auto has = [&](const char* text) { return head.find(text) != std::string_view::npos; };
-    if (begins("tensor_file"))
-        return "an RGL tensor file";
-    if (begins("type bsdf_data"))
-        return "FRED's BSDF text";
-    if (begins("\x76\x2f\x31\x01"))
-        return "an OpenEXR file (a table or an image)";
-    if (has("#DIM ") || has("#PARAM_IN"))
-        return "ALTA text";
-    if (has("ScatterType") || has("SampleRotation"))
-        return "Zemax BSDF text";
-    if (std::filesystem::path(path).extension() == ".bin")
-        return "a .bin file, as UTIA's";
-    return nullptr;
-}
-
-// The format's reader. Throws InputError where none knows the file.
-Samples (*reader_of(const MappedFile& file))(const MappedFile&, std::optional<bool>) {
+// The format of a file, or nullptr.
+const Format* format_of(const MappedFile& file) {
     // Text formats show in their first lines; what follows them may be long.
     const std::string_view head = file.bytes().substr(0, 1 << 16);
     for (const Format& format : formats)
         if (format.recognise(head))
-            return format.read;
-    if (merl::recognise(file.bytes()))
-        return read_merl;
-    if (const char* const what = not_yet_read(file.path(), head))
-        throw InputError(fmt::format("{}: {}; brdfit cannot read these yet", file.path(), what));
-    if (text::trim(head).substr(0, 1) == "{")
-        throw InputError(
-            fmt::format("{}: a JSON file, such as a material or a specification; "
-                        "expected a measurement (brdfit synth makes one of a material)",
-                        file.path()));
-    throw InputError(fmt::format("{}: unknown format; known: {}", file.path(), known_formats));
+            return &format;
+    for (const Format& format : sized_formats)
+        if (format.recognise(file.bytes()))
+            return &format;
+    return nullptr;
+}
+
+// What a file is in place of a measurement, or nullptr.
+const char* something_else(std::string_view bytes) {
+    const auto begins = [&](std::string_view with) { return bytes.substr(0, with.size()) == with; };
+    if (begins("\x76\x2f\x31\x01"))
+        return "an OpenEXR file (a table or an image)";
+    if (begins("\x1f\x8b"))
+        return "compressed by gzip; expected it unpacked";
+    text::Lines lines(bytes.substr(0, 4096));
+    if (!lines.next())
+        return nullptr;
+    if (lines.line()[0] == '{')
+        return "a JSON file, such as a material or a specification; expected a measurement (brdfit "
+               "synth makes one of a material)";
+    std::string start(lines.line().substr(0, 9));
+    std::transform(start.begin(), start.end(), start.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (start == "<!doctype" || start.substr(0, 5) == "<html")
+        return "a page of the web (HTML); expected the file that it links to";
+    return nullptr;
 }
 
 // The digest of a large file takes as long as reading it: it is computed meanwhile, and given up
@@ -98,18 +101,20 @@ class Digest {
 } // namespace
 
 const char* measured_format(const MappedFile& file) {
-    const std::string_view head = file.bytes().substr(0, 1 << 16);
-    for (const Format& format : formats)
-        if (format.recognise(head))
-            return format.name;
-    return merl::recognise(file.bytes()) ? "MERL .binary" : not_yet_read(file.path(), head);
+    const Format* const format = format_of(file);
+    return format == nullptr ? nullptr : format->name;
 }
 
 Samples read_samples(const std::string& path, std::optional<bool> isotropic) {
     const MappedFile file(path);
-    const auto read = reader_of(file);
+    const Format* const format = format_of(file);
+    if (format == nullptr) {
+        if (const char* const what = something_else(file.bytes()))
+            throw InputError(fmt::format("{}: is {}", path, what));
+        throw InputError(fmt::format("{}: unknown format; known: {}", path, known_formats));
+    }
     Digest digest(file.bytes());
-    Samples samples = read(file, isotropic);
+    Samples samples = format->read(file, isotropic);
     samples.source = path;
     samples.sha256 = digest.get();
     return samples;

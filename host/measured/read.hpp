@@ -14,8 +14,8 @@ namespace brdfit {
 /// `isotropic` contradicts the format.
 Samples read_samples(const std::string& path, std::optional<bool> isotropic = std::nullopt);
 
-/// The format of a measurement, by content, also of some that read_samples does not read; nullptr
-/// where it is none. NumPy arrays count whatever they hold.
+/// The format of a measurement, by content; nullptr where it is none. NumPy arrays count whatever
+/// they hold.
 const char* measured_format(const MappedFile& file);
 
 } // namespace brdfit

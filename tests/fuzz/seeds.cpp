@@ -7,6 +7,7 @@
 #include "host/model/catalogue.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/support/examples.hpp"
+#include "tests/support/rgl.hpp"
 
 #include <ImfArray.h>
 #include <ImfChannelList.h>
@@ -90,20 +91,28 @@ void add_measured(Seeds& seeds) {
         npy::header({1, 8}, "<f8") +
         std::string(reinterpret_cast<const char*>(wide_values), sizeof wide_values);
     const std::string merl = test::merl_header(90, 90, 180) + std::string(200, '\0');
-    for (const auto& [fuzzer, bytes] :
-         std::vector<std::pair<std::string, std::string>>{{"scattered", test::csv_example},
-                                                          {"scattered", weighted},
-                                                          {"astm", test::astm_example},
-                                                          {"cornell", test::cornell_example},
-                                                          {"npy", npy},
-                                                          {"npy", wide},
-                                                          {"npy", test::npy_example()},
-                                                          {"merl", merl}}) {
+    for (const auto& [fuzzer, bytes] : std::vector<std::pair<std::string, std::string>>{
+             {"scattered", test::csv_example},
+             {"scattered", weighted},
+             {"astm", test::astm_example},
+             {"cornell", test::cornell_example},
+             {"npy", npy},
+             {"npy", wide},
+             {"npy", test::npy_example()},
+             {"rgl", test::tensor_bytes(test::rgl_fields())},
+             {"rgl", test::tensor_bytes(test::rgl_fields(3, pi, 2))},
+             {"zemax", test::zemax_example},
+             {"fred", test::fred_example},
+             {"alta", test::alta_example},
+             {"merl", merl}}) {
         seeds.add(fuzzer, bytes);
         seeds.add("measured", bytes);
     }
-    for (const char* other : {"tensor_file", "type bsdf_data", "#DIM 1", "ScatterType x", "{}"})
-        seeds.add("measured", other);
+    for (const char* in : {"3 1\n#PARAM_IN ISOTROPIC_TV_TL_DPHI", "3 3\n#PARAM_IN RUSIN_TH_TD_PD",
+                           "4 1\n#VS 2\n#PARAM_IN SPHERICAL_TL_PL_TV_PV",
+                           "4 1\n#PARAM_IN RUSIN_TH_PH_TD_PD", "6 1\n#PARAM_IN CARTESIAN"})
+        seeds.add("alta", std::string("#DIM ") + in + "\n0.1 0.2 0.3 0.4 0.5 0.6 0.7\n");
+    seeds.add("measured", "{}");
     seeds.add("directions", test::npy_example());
     seeds.add("directions", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0.6,0,0.8\n0,0,1,0,0,-1\n");
 }

@@ -17,6 +17,19 @@ inline const std::string astm_example = "LAB_NAME A laboratory\nNUM_POINTS 2\n"
 inline const std::string cornell_example =
     "# num wls\n3\n\n# wls\n400 450\n500\n\n# theta i, ...\n\n"
     "0.5 0.0 0.25 0.0 0.1 0.2 0.3\n0.6 0.0 0.35 1.0 0.5 0.6 0.7\n";
+inline const std::string zemax_example =
+    "# note\nSource\tMeasured\nSymmetry\tASymmetrical\nSpectralContent\tMonochrome\n"
+    "ScatterType\tBRDF\nSampleRotation\t2\n0\t90\nAngleOfIncidence\t2\n15 30\n"
+    "ScatterAzimuth\t3\n0 90 180\nScatterRadial\t3\n0 30 80\n\nMonochrome\nDataBegin\n"
+    "TIS\t0.1\n1 0.5 0.25\n1 0.6 0\n1 0.7 0\nTIS\t0.2\n2 0.5 0.3\n2 0.6 0.3\n2 0 0\n"
+    "3 0.5 0.3\n3 0.6 0.3\n3 0.1 0\n4 0.5 0.3\n4 0.6 0.3\n4 0 0\nDataEnd\n";
+inline const std::string fred_example =
+    "type bsdf_data\nformat angles=deg bsdf=value scale=2\n10\t0\n0\t0\t0.25\n5\t30\t0.125\n"
+    "30\t0\n-20\t90\t0.5\n";
+inline const std::string alta_example =
+    "#SAMPLE \"x\"\n#DIM 3 1\n#VS 0\n#PARAM_IN ISOTROPIC_TL_TV_PROJ_DPHI\n"
+    "#PARAM_OUT INV_STERADIAN_COSINE_FACTOR\n0.25 1.0 0.0 0.5\n0.25 -0.3 0.4 0.25\n"
+    "0.5 1.5707963267948966 0 0.1\n";
 /// A material with every part the format has.
 inline const std::string material_example = R"({
         "brdfit": 1, "channels": ["R", "G", "B"],

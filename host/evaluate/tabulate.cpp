@@ -1,0 +1,270 @@
+#include "host/evaluate/tabulate.hpp"
+
+#include "host/error.hpp"
+#include "host/evaluate/rgl.hpp"
+#include "host/evaluate/synthesise.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace brdfit {
+
+namespace {
+
+constexpr double enough_median = 0.0025, enough_high = 0.025;
+constexpr double steepest = 89.5 * degree; // the last theta_i: at the horizon f may be infinite
+constexpr std::size_t test_pairs = 20000, symmetry_pairs = 512;
+constexpr double symmetry_tolerance = 1e-4;
+constexpr std::size_t pairs_a_pass = std::size_t{1} << 20;
+
+/// The wavelength that a channel's name is; 0 where it is none.
+float wavelength_of(const std::string& name) {
+    float value = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), value);
+    return error == std::errc() && end == name.data() + name.size() && value > 0 ? value : 0;
+}
+
+/// Whether a BRDF is the same where wi and wo are multiplied by (x, y).
+bool same_turned(const BrdfFunction& brdf, double x, double y) {
+    const auto pairs = random_directions(symmetry_pairs, false, 3);
+    Directions turned(pairs->count());
+    for (std::size_t k = 0; k < pairs->count(); ++k) {
+        auto [wi, wo] = pairs->pair(k);
+        for (Vector* v : {&wi, &wo})
+            *v = {x * (*v)[0], y * (*v)[1], (*v)[2]};
+        turned.set(k, wi, wo);
+    }
+    const std::vector<float> a = brdf(*pairs), b = brdf(turned);
+    std::size_t same = 0;
+    for (std::size_t k = 0; k < a.size(); ++k)
+        same += std::abs(a[k] - b[k]) <= symmetry_tolerance * std::max(std::abs(a[k]), 1e-3F);
+    return same * 100 >= a.size() * 99; // measured values may jump at nodes
+}
+
+/// How much of the circle phi_i covers, from -pi on.
+double turn_of(const BrdfFunction& brdf, bool isotropic) {
+    if (isotropic)
+        return 0;
+    if (!same_turned(brdf, -1, -1))
+        return 2 * pi;
+    return same_turned(brdf, 1, -1) ? pi / 2 : pi;
+}
+
+/// The directions of slice `slice`'s nodes, below the horizon too.
+void set_nodes(const RglTables& tables, std::size_t slice, std::size_t first,
+               Directions& directions) {
+    const std::size_t side = tables.table.width;
+    const double phi_i = tables.phi_i[slice / tables.theta_i.size()];
+    const Vector wi = direction(tables.theta_i[slice % tables.theta_i.size()], phi_i);
+    for (std::size_t y = 0; y < side; ++y)
+        for (std::size_t x = 0; x < side; ++x) {
+            const double u = static_cast<double>(x) / static_cast<double>(side - 1),
+                         v = static_cast<double>(y) / static_cast<double>(side - 1);
+            const Vector h =
+                direction(u * u * pi / 2, (2 * v - 1) * pi + (tables.isotropic() ? phi_i : 0.0));
+            const double c = wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2];
+            const Vector wo{2 * c * h[0] - wi[0], 2 * c * h[1] - wi[1], 2 * c * h[2] - wi[2]};
+            directions.set(first + y * side + x, wi, wo, h, c);
+        }
+}
+
+/// Fills table and luminance of some slices.
+void fill_slices(const BrdfFunction& brdf, const RglChannels& channels, std::size_t first,
+                 std::size_t last, RglTables& tables) {
+    const std::size_t side = tables.table.width, nodes = side * side;
+    Directions directions((last - first) * nodes);
+    for (std::size_t slice = first; slice < last; ++slice)
+        set_nodes(tables, slice, (slice - first) * nodes, directions);
+    const std::vector<float> f = brdf(directions);
+    for (std::size_t slice = first; slice < last; ++slice)
+        for (std::size_t node = 0; node < nodes; ++node) {
+            const std::size_t k = (slice - first) * nodes + node;
+            const double u = static_cast<double>(node % side) / static_cast<double>(side - 1);
+            const double cosine = directions.above_horizon(k) ? directions.wo(k)[2] : 0;
+            double mean = 0;
+            for (std::size_t ch = 0; ch < channels.source.size(); ++ch) {
+                const double value = cosine * f[channels.source[ch] * directions.count() + k];
+                tables.table.values[(slice * channels.source.size() + ch) * nodes + node] =
+                    static_cast<float>(value);
+                mean += value / static_cast<double>(channels.source.size());
+            }
+            // d(wo) = 8 pi^2 u sin(theta_h) c du dv
+            tables.luminance.values[slice * nodes + node] = static_cast<float>(
+                std::max(mean, 0.0) * 8 * pi * pi * u * std::sin(u * u * pi / 2) *
+                std::max<double>(directions.plane(Directions::C)[k], 0));
+        }
+}
+
+/// A sampler needs a density in each slice, also where nothing is reflected.
+void make_positive(std::vector<float>& luminance, std::size_t nodes) {
+    for (std::size_t begin = 0; begin < luminance.size(); begin += nodes) {
+        float* const slice = luminance.data() + begin;
+        if (std::all_of(slice, slice + nodes, [](float x) { return x == 0; }))
+            std::fill_n(slice, nodes, 1.0F);
+    }
+}
+
+RglTables tabulate_at(const BrdfFunction& brdf, const RglChannels& channels, double turn,
+                      const RglSize& size, const ProgressFunction& progress) {
+    RglTables tables;
+    tables.channels = channels.names;
+    tables.wavelengths = channels.wavelengths;
+    for (std::size_t p = 0; p < size.phi_i; ++p)
+        tables.phi_i.push_back(
+            size.phi_i == 1 ? 0.0F
+                            : static_cast<float>(-pi + turn * static_cast<double>(p) /
+                                                           static_cast<double>(size.phi_i - 1)));
+    for (std::size_t t = 0; t < size.theta_i; ++t)
+        tables.theta_i.push_back(static_cast<float>(steepest * static_cast<double>(t) /
+                                                    static_cast<double>(size.theta_i - 1)));
+    const std::size_t nodes = size.side * size.side, slices = tables.slices();
+    tables.ndf = {2, 2, std::vector<float>(4, 1.0F)};
+    tables.sigma = {2, 2, std::vector<float>(4, 0.25F)};
+    tables.vndf = {2, 2, std::vector<float>(4 * slices, 1.0F)};
+    tables.table = {size.side, size.side,
+                    std::vector<float>(slices * channels.source.size() * nodes)};
+    tables.luminance = {size.side, size.side, std::vector<float>(slices * nodes)};
+    const std::size_t step = std::max<std::size_t>(1, pairs_a_pass / nodes);
+    for (std::size_t first = 0; first < slices; first += step) {
+        const std::size_t last = std::min(first + step, slices);
+        fill_slices(brdf, channels, first, last, tables);
+        tell(progress, static_cast<double>(last) / static_cast<double>(slices));
+    }
+    make_positive(tables.luminance.values, nodes);
+    return tables;
+}
+
+/// The pairs at which tables are measured: up to 80 degrees, beyond which fits do not look either.
+Directions pairs_to_test(bool isotropic) {
+    const auto random = random_directions(test_pairs, isotropic, 1);
+    std::vector<std::size_t> kept;
+    const double least = std::cos(80 * degree);
+    for (std::size_t k = 0; k < random->count(); ++k)
+        if (random->wi(k)[2] > least && random->wo(k)[2] > least)
+            kept.push_back(k);
+    Directions pairs(kept.size());
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+        const auto [wi, wo] = random->pair(kept[i]);
+        pairs.set(i, wi, wo);
+    }
+    return pairs;
+}
+
+/// Relative errors, of each channel by its own value or a thousandth of its mean.
+void measure(const Device& device, const Directions& pairs, const std::vector<float>& expected,
+             const RglChannels& channels, Tabulated& made) {
+    const std::vector<float> values = evaluate(device, made.tables, pairs);
+    const std::size_t count = pairs.count();
+    std::vector<double> errors;
+    for (std::size_t ch = 0; ch < channels.source.size(); ++ch) {
+        const float* const f = expected.data() + channels.source[ch] * count;
+        double mean = 0;
+        for (std::size_t k = 0; k < count; ++k)
+            mean += std::abs(static_cast<double>(f[k])) / static_cast<double>(count);
+        for (std::size_t k = 0; k < count; ++k) {
+            const double scale = std::max(std::abs(static_cast<double>(f[k])), 1e-3 * mean);
+            errors.push_back(scale > 0 ? std::abs(values[ch * count + k] - f[k]) / scale : 0);
+        }
+    }
+    const auto quantile = [&](double share) {
+        const auto at = errors.begin() +
+                        static_cast<std::ptrdiff_t>(share * static_cast<double>(errors.size() - 1));
+        std::nth_element(errors.begin(), at, errors.end());
+        return *at;
+    };
+    made.median = quantile(0.5);
+    made.high = quantile(0.95);
+}
+
+std::size_t bytes_of(const RglSize& size, std::size_t channels) {
+    return size.phi_i * size.theta_i * size.side * size.side * (channels + 1) * sizeof(float);
+}
+
+/// How far from good enough.
+double distance(const Tabulated& made) {
+    return std::max(made.median / enough_median, made.high / enough_high);
+}
+
+/// The size with one of its axes doubled.
+RglSize grown(RglSize size, int axis) {
+    if (axis == 0)
+        size.side *= 2;
+    else if (axis == 1)
+        size.theta_i *= 2;
+    else
+        size.phi_i = 2 * size.phi_i - 1;
+    return size;
+}
+
+} // namespace
+
+RglChannels rgl_channels(const std::vector<std::string>& channels, bool spectral,
+                         const std::string& source) {
+    RglChannels made;
+    std::vector<std::pair<float, std::size_t>> lines;
+    for (std::size_t c = 0; c < channels.size(); ++c)
+        lines.emplace_back(wavelength_of(channels[c]), c);
+    std::sort(lines.begin(), lines.end());
+    bool distinct = lines.front().first > 0;
+    for (std::size_t i = 1; i < lines.size(); ++i)
+        distinct = distinct && lines[i].first > lines[i - 1].first;
+    if (!distinct) {
+        if (channels.size() != 1 && channels.size() != 3)
+            throw InputError(fmt::format("{}: {} channels; an RGL file has R, G and B, or "
+                                         "channels named by wavelengths in nm",
+                                         source, channels.size()));
+        const std::size_t last = channels.size() - 1;
+        if (!spectral)
+            return {{"R", "G", "B"}, {}, {0, std::min<std::size_t>(1, last), last}};
+        lines = {{465.0F, last}, {545.0F, std::min<std::size_t>(1, last)}, {620.0F, 0}};
+    }
+    for (const auto& [wavelength, c] : lines) {
+        made.names.push_back(fmt::format("{}", wavelength));
+        made.wavelengths.push_back(wavelength);
+        made.source.push_back(c);
+    }
+    return made;
+}
+
+Tabulated tabulate(const Device& device, const BrdfFunction& brdf, const RglChannels& channels,
+                   bool isotropic, std::optional<RglSize> size, std::size_t most_bytes,
+                   const ProgressFunction& progress) {
+    const double turn = turn_of(brdf, isotropic);
+    const Directions pairs = pairs_to_test(isotropic);
+    const std::vector<float> expected = brdf(pairs);
+    const auto made_at = [&](const RglSize& at, const ProgressFunction& told) {
+        Tabulated made;
+        made.size = at;
+        made.tables = tabulate_at(brdf, channels, turn, at, told);
+        measure(device, pairs, expected, channels, made);
+        return made;
+    };
+    if (size)
+        return made_at(*size, progress);
+    RglSize start{1, 16, 32};
+    if (!isotropic)
+        start = {turn > 3 ? std::size_t{17} : turn > 2 ? std::size_t{9} : std::size_t{5}, 8, 32};
+    Tabulated best = made_at(start, {});
+    // Each round doubles the axis that helps most.
+    for (int round = 1; distance(best) > 1; ++round) {
+        std::optional<Tabulated> next;
+        for (int axis = 0; axis < (isotropic ? 2 : 3); ++axis) {
+            const RglSize larger = grown(best.size, axis);
+            if (bytes_of(larger, channels.source.size()) > most_bytes)
+                continue;
+            Tabulated made = made_at(larger, {});
+            if (!next || distance(made) < distance(*next))
+                next = std::move(made);
+        }
+        if (!next || distance(*next) > 0.97 * distance(best))
+            break;
+        best = std::move(*next);
+        tell(progress, 1 - std::pow(0.7, round));
+    }
+    return best;
+}
+
+} // namespace brdfit

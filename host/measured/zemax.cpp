@@ -1,0 +1,244 @@
+#include "host/error.hpp"
+#include "host/measured/formats.hpp"
+#include "host/measured/rows.hpp"
+
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace brdfit::zemax {
+
+namespace {
+
+bool same_word(std::string_view a, std::string_view b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char x, unsigned char y) {
+        return std::tolower(x) == std::tolower(y);
+    });
+}
+
+/// What stands ahead of the data. Angles are in radians.
+struct Header {
+    bool plane_symmetric = false;
+    std::vector<std::string> channels;
+    std::vector<double> rotations, incidences, azimuths, radials; ///< ascending
+};
+
+/// `count` ascending angles, on one line or more.
+std::vector<double> read_angles(text::Lines& lines, std::string_view key, std::size_t count,
+                                double least, double most) {
+    if (count == 0)
+        lines.fail(fmt::format("{}: no angles; expected at least one", key));
+    std::vector<double> angles;
+    std::vector<std::string_view> words;
+    const std::string name(key);
+    while (angles.size() < count && lines.next()) {
+        text::split(lines.line(), ' ', words);
+        for (const std::string_view word : words) {
+            const double angle = text::number(lines, name, word);
+            if (angle < least || angle > most)
+                lines.fail(fmt::format("{}: {}; expected an angle in [{}, {}] degrees", name,
+                                       text::quoted(word), least, most));
+            if (!angles.empty() && angle * degree <= angles.back())
+                lines.fail(
+                    fmt::format("{}: {}; expected angles that ascend", name, text::quoted(word)));
+            angles.push_back(angle * degree);
+        }
+    }
+    if (angles.size() != count)
+        lines.fail(fmt::format("{}: {} angles; expected {}", name, angles.size(), count));
+    return angles;
+}
+
+void read_word(const text::Lines& lines, std::string_view key, std::string_view value,
+               Header& header) {
+    if (key == "Symmetry") {
+        header.plane_symmetric = same_word(value, "PlaneSymmetrical");
+        if (!header.plane_symmetric && !same_word(value, "Asymmetrical") &&
+            !same_word(value, "Asymmetrical4D"))
+            lines.fail(fmt::format("Symmetry: {}; expected PlaneSymmetrical, Asymmetrical or "
+                                   "Asymmetrical4D",
+                                   text::quoted(value)));
+    } else if (key == "SpectralContent") {
+        if (value != "Monochrome" && value != "XYZ")
+            lines.fail(fmt::format("SpectralContent: {}; expected Monochrome or XYZ",
+                                   text::quoted(value)));
+        header.channels =
+            value == "XYZ" ? std::vector<std::string>{"X", "Y", "Z"} : numbered_channels(1);
+    } else if (key == "ScatterType") {
+        if (value != "BRDF")
+            lines.fail(
+                fmt::format("ScatterType: {}; expected BRDF: reflection", text::quoted(value)));
+    } else if (key != "Source") {
+        lines.fail(fmt::format("{}; expected a keyword of the Zemax header", text::quoted(key)));
+    }
+}
+
+/// Reads up to the line that heads the first channel's data.
+Header read_header(text::Lines& lines) {
+    Header header;
+    std::vector<std::string_view> words;
+    while (lines.next()) {
+        text::split(lines.line(), ' ', words);
+        if (words.size() == 1)
+            break;
+        if (words.size() != 2)
+            lines.fail(fmt::format("{} words; expected a keyword and its value", words.size()));
+        const std::string key(words[0]);
+        const auto angles = [&](double least, double most) {
+            return read_angles(lines, key, text::count(lines, key, words[1]), least, most);
+        };
+        if (key == "SampleRotation")
+            header.rotations = angles(-360, 360);
+        else if (key == "AngleOfIncidence")
+            header.incidences = angles(0, 90);
+        else if (key == "ScatterAzimuth")
+            header.azimuths = angles(-360, 360);
+        else if (key == "ScatterRadial")
+            header.radials = angles(0, 180);
+        else
+            read_word(lines, key, words[1], header);
+    }
+    const std::pair<bool, const char*> parts[] = {{header.channels.empty(), "SpectralContent"},
+                                                  {header.rotations.empty(), "SampleRotation"},
+                                                  {header.incidences.empty(), "AngleOfIncidence"},
+                                                  {header.azimuths.empty(), "ScatterAzimuth"},
+                                                  {header.radials.empty(), "ScatterRadial"}};
+    for (const auto& [missing, name] : parts)
+        if (missing)
+            lines.fail(fmt::format("the header ends without {}", name));
+    return header;
+}
+
+/// Reads a channel's numbers, from the line that names it on:
+/// [rotation][incidence][azimuth][radial].
+std::vector<float> read_channel(text::Lines& lines, const Header& header, std::size_t channel) {
+    const std::string name =
+        header.channels.size() == 1 ? "Monochrome" : "Tristimulus" + header.channels[channel];
+    if (lines.line() != name)
+        lines.fail(fmt::format("{}; expected {}", text::quoted(lines.line()), name));
+    if (!lines.next() || lines.line() != "DataBegin")
+        lines.fail("expected DataBegin");
+    std::vector<float> values;
+    std::vector<std::string_view> words;
+    const auto next = [&](const char* what) {
+        if (!lines.next())
+            lines.fail_file(fmt::format("the file ends within its data; expected {}", what));
+        text::split(lines.line(), ' ', words);
+    };
+    for (std::size_t block = 0; block < header.rotations.size() * header.incidences.size();
+         ++block) {
+        for (std::size_t a = 0; a < header.azimuths.size(); ++a) {
+            next("a row of values");
+            if (a == 0 && words[0] == "TIS") {
+                if (words.size() != 2)
+                    lines.fail("expected TIS and its value");
+                text::number(lines, "TIS", words[1]);
+                next("a row of values");
+            }
+            if (words.size() != header.radials.size())
+                lines.fail(fmt::format("{} values; expected {}, one for each ScatterRadial",
+                                       words.size(), header.radials.size()));
+            for (const std::string_view word : words) {
+                const double value = text::number(lines, "value", word);
+                if (std::abs(value) > FLT_MAX)
+                    lines.fail(fmt::format("value: {} is too large", text::quoted(word)));
+                values.push_back(static_cast<float>(value));
+            }
+        }
+    }
+    next("DataEnd");
+    if (lines.line() != "DataEnd")
+        lines.fail("more data than the header says; expected DataEnd");
+    return values;
+}
+
+/// The direction at radial and azimuth angle from the specular one of a light at polar angle
+/// `incidence` above x: azimuth 0 points to the normal, angles run counter-clockwise.
+Vector scattered_direction(double incidence, double azimuth, double radial) {
+    const Vector local = direction(radial, azimuth);
+    const double cosine = std::cos(incidence), sine = std::sin(incidence);
+    return {cosine * local[0] - sine * local[2], local[1], sine * local[0] + cosine * local[2]};
+}
+
+Vector turned(const Vector& v, double angle) {
+    const double cosine = std::cos(angle), sine = std::sin(angle);
+    return {cosine * v[0] - sine * v[1], sine * v[0] + cosine * v[1], v[2]};
+}
+
+/// Solid angles of ranges of polar angles, a radian of azimuth each.
+std::vector<double> polar_measures(const std::vector<double>& nodes, double end) {
+    std::vector<double> measures;
+    for (const auto& [least, most] : ranges_of(nodes, 0, end))
+        measures.push_back(std::cos(least) - std::cos(most));
+    return measures;
+}
+
+std::vector<double> azimuth_measures(const std::vector<double>& nodes) {
+    std::vector<double> measures;
+    for (const auto& [least, most] : ranges_of(nodes, nodes.front(), nodes.back()))
+        measures.push_back(nodes.size() == 1 ? 2 * pi : most - least);
+    return measures;
+}
+
+} // namespace
+
+bool recognise(std::string_view bytes) {
+    text::Lines lines(bytes);
+    std::vector<std::string_view> words;
+    for (int i = 0; i < 8 && lines.next(); ++i) {
+        text::split(lines.line(), ' ', words);
+        for (const char* key : {"ScatterType", "SampleRotation", "AngleOfIncidence"})
+            if (words[0] == key)
+                return true;
+    }
+    return false;
+}
+
+Samples read(const MappedFile& file, std::optional<bool> isotropic) {
+    text::Lines lines(file);
+    const Header header = read_header(lines);
+    std::vector<std::vector<float>> values;
+    for (std::size_t c = 0; c < header.channels.size(); ++c) {
+        if (c > 0 && !lines.next())
+            lines.fail_file(
+                fmt::format("the file ends after {} of {} channels", c, header.channels.size()));
+        values.push_back(read_channel(lines, header, c));
+    }
+    const auto of_rotation = azimuth_measures(header.rotations),
+               of_azimuth = azimuth_measures(header.azimuths),
+               of_incidence = polar_measures(header.incidences, pi / 2),
+               of_radial = polar_measures(header.radials, header.radials.back());
+    Rows rows(header.channels);
+    std::size_t begin = 0; // of a row of radial angles
+    for (std::size_t r = 0; r < header.rotations.size(); ++r)
+        for (std::size_t i = 0; i < header.incidences.size(); ++i)
+            for (std::size_t a = 0; a < header.azimuths.size(); ++a) {
+                const double rotation = header.rotations[r], incidence = header.incidences[i];
+                // Zeros at a row's end are directions that were not measured.
+                const auto zero = [&](std::size_t at) {
+                    return std::all_of(values.begin(), values.end(),
+                                       [&](const auto& v) { return v[begin + at] == 0; });
+                };
+                std::size_t measured = header.radials.size();
+                while (measured > 0 && zero(measured - 1))
+                    --measured;
+                for (std::size_t k = 0; k < header.radials.size(); ++k) {
+                    rows.add(direction(incidence, rotation),
+                             turned(scattered_direction(incidence, header.azimuths[a],
+                                                        header.radials[k]),
+                                    rotation),
+                             k < measured);
+                    for (const auto& channel : values)
+                        rows.add_value(channel[begin + k]);
+                    rows.add_weight(static_cast<float>(of_rotation[r] * of_incidence[i] *
+                                                       of_azimuth[a] * of_radial[k]));
+                }
+                begin += header.radials.size();
+            }
+    return rows.samples(fmt::format("Zemax BSDF text, {}",
+                                    header.plane_symmetric ? "plane-symmetric" : "asymmetric"),
+                        isotropic.value_or(header.rotations.size() == 1));
+}
+
+} // namespace brdfit::zemax
