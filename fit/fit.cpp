@@ -31,6 +31,8 @@ constexpr std::uint32_t limit_points = 8192;
 constexpr int most_limit_rounds = 8;
 // A random start beats the search where its error is below by more than this share.
 constexpr double better_share = 1e-3;
+// Squared errors that differ by less than this share are equal, up to rounding.
+constexpr double equal_share = 1e-7;
 
 double seconds_since(std::chrono::steady_clock::time_point started) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
@@ -116,41 +118,12 @@ Objective& FileFitter::thinned_objective(const Structure& structure) {
     return *objective;
 }
 
-MinimiseOptions FileFitter::full_polish() const {
+Polish FileFitter::full_polish(const Structure& structure, const Space& space) {
     MinimiseOptions options;
     options.algorithm = options_.algorithm;
     options.max_evaluations = options_.max_evaluations;
     options.seed = options_.seed;
-    return options;
-}
-
-// NLopt sees theta alone: kd and ks are solved for each theta, where the metric is not quadratic
-// from those of the last theta.
-FileFitter::Solution FileFitter::polish(Objective& objective, const Space& space,
-                                        const Solution& start,
-                                        const MinimiseOptions& options) const {
-    const Metric metric = options_.metric;
-    Solution best{start.theta, start.a, std::numeric_limits<double>::infinity()};
-    Coefficients a = start.a;
-    std::vector<double> by_theta;
-    const Function error = [&](const std::vector<double>& at, std::vector<double>* gradient) {
-        const std::vector<double> t = space.to_theta(at);
-        std::vector<double>* const wanted = gradient != nullptr ? &by_theta : nullptr;
-        const double value = quadratic(metric) ? objective.projected_error(t, wanted)
-                                               : objective.projected_loss(metric, t, a, wanted);
-        if (gradient != nullptr)
-            *gradient = space.gradient_by_x(t, by_theta);
-        if (value < best.squared_error)
-            best = {t, quadratic(metric) ? objective.coefficients() : a, value};
-        return value;
-    };
-    minimise(error, space.to_x(start.theta), space.lower(), space.upper(), options);
-    if (quadratic(metric) && std::isfinite(best.squared_error)) {
-        // Without a gradient, from sums in which nothing cancels.
-        best.squared_error = objective.projected_error(best.theta);
-        best.a = objective.coefficients();
-    }
-    return best;
+    return {full_objective(structure), space, options_.metric, options};
 }
 
 std::vector<FileFitter::Smaller> FileFitter::smaller_than(const Structure& structure) const {
@@ -176,8 +149,8 @@ std::vector<FileFitter::Smaller> FileFitter::smaller_than(const Structure& struc
 }
 
 // The solution of a smaller structure with a missing lobe of no strength.
-FileFitter::Solution FileFitter::extended(const Structure& structure, const Space& space,
-                                          const Smaller& part, const Solution& known) {
+Solution FileFitter::extended(const Structure& structure, const Space& space, const Smaller& part,
+                              const Solution& known) {
     const StructureLayout layout = layout_of(structure);
     const auto missing = static_cast<std::size_t>(part.missing);
     Solution solution{known.theta, Coefficients::Zero(known.a.rows(), known.a.cols() + 1), 0};
@@ -209,8 +182,7 @@ std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structur
 
 // The best of random points by a metric that is not quadratic. The search's quadratic weights know
 // nothing of fits far from the data.
-std::vector<FileFitter::Solution> FileFitter::drawn_starts(Objective& objective,
-                                                           const Space& space) const {
+std::vector<Solution> FileFitter::drawn_starts(Objective& objective, const Space& space) const {
     const bool several = objective.structure().lobes.size() > 1;
     std::vector<Solution> drawn;
     for (std::size_t i = 0; i < (several ? several_lobe_draws : single_lobe_draws); ++i) {
@@ -234,9 +206,8 @@ std::vector<FileFitter::Solution> FileFitter::drawn_starts(Objective& objective,
     return drawn;
 }
 
-std::vector<FileFitter::Solution>
-FileFitter::polished_thinned(const Structure& structure, const Space& space,
-                             const std::vector<StartingPoint>& starts) {
+std::vector<Solution> FileFitter::polished_thinned(const Structure& structure, const Space& space,
+                                                   const std::vector<StartingPoint>& starts) {
     Objective& objective = thinned_objective(structure);
     std::vector<Solution> solutions;
     for (const StartingPoint& start : starts)
@@ -247,15 +218,19 @@ FileFitter::polished_thinned(const Structure& structure, const Space& space,
     MinimiseOptions options;
     options.max_evaluations = 100;
     options.relative_tolerance = 1e-6;
-    for (Solution& solution : solutions)
-        solution = polish(objective, space, solution, options);
+    Polish polish(objective, space, options_.metric, options);
+    for (Solution& solution : solutions) {
+        solution = polish.descended(solution);
+        if (std::isfinite(solution.squared_error)) // so that distinct() tells twins
+            order_lobes(structure, space, solution.theta, solution.a);
+    }
     std::stable_sort(solutions.begin(), solutions.end(), better);
     return solutions;
 }
 
-std::vector<FileFitter::Solution> FileFitter::distinct(const Space& space,
-                                                       const std::vector<Solution>& solutions,
-                                                       std::size_t count) {
+std::vector<Solution> FileFitter::distinct(const Space& space,
+                                           const std::vector<Solution>& solutions,
+                                           std::size_t count) {
     std::vector<Solution> chosen;
     for (const Solution& solution : solutions) {
         if (chosen.size() == count)
@@ -329,8 +304,7 @@ void FileFitter::build_programs(const Structure& structure) {
         programs_.gram();
 }
 
-std::vector<FileFitter::Solution> FileFitter::finalists(const Structure& structure,
-                                                        const Space& space) {
+std::vector<Solution> FileFitter::finalists(const Structure& structure, const Space& space) {
     std::vector<Solution> finalists;
     if (options_.start)
         finalists.push_back({start_theta(structure, space), {}, 0});
@@ -345,23 +319,37 @@ std::vector<FileFitter::Solution> FileFitter::finalists(const Structure& structu
     return finalists;
 }
 
-FileFitter::Solution FileFitter::best_polished(const Structure& structure, const Space& space,
-                                               const std::vector<Solution>& finalists) {
-    Objective& objective = full_objective(structure);
+// Where the default algorithm leads, the Levenberg-Marquardt method gets there sooner: NLopt starts
+// at the best of its results.
+Solution FileFitter::best_of(Polish& polish, const std::vector<Solution>& starts) const {
+    const bool descends = options_.algorithm == MinimiseOptions{}.algorithm;
     Solution best;
     best.squared_error = std::numeric_limits<double>::infinity();
-    const auto try_from = [&](const Solution& start) {
-        Solution solution = polish(objective, space, start, full_polish());
+    for (const Solution& start : starts) {
+        Solution solution =
+            descends ? polish.descended(start, best.squared_error) : polish.minimised(start);
         if (better(solution, best))
             best = std::move(solution);
-    };
-    for (const Solution& finalist : finalists)
-        try_from(finalist);
+    }
+    if (descends && std::isfinite(best.squared_error))
+        best = polish.minimised(best);
+    return best;
+}
+
+Solution FileFitter::best_polished(const Structure& structure, const Space& space,
+                                   const std::vector<Solution>& finalists) {
+    Polish polish = full_polish(structure, space);
+    Solution best = best_of(polish, finalists);
     // Never worse than what it extends, which the search has fitted.
     if (!options_.start)
-        for (const Smaller& part : smaller_than(structure))
-            if (fitted(part.structure).solution.squared_error < best.squared_error)
-                try_from(extended(structure, space, part, fitted(part.structure).solution));
+        for (const Smaller& part : smaller_than(structure)) {
+            const Solution& known = fitted(part.structure).solution;
+            if (known.squared_error >= best.squared_error * (1 - equal_share))
+                continue;
+            Solution solution = best_of(polish, {extended(structure, space, part, known)});
+            if (better(solution, best))
+                best = std::move(solution);
+        }
     if (!std::isfinite(best.squared_error))
         throw InputError("no finite error on these samples");
     return best;
@@ -403,7 +391,7 @@ Objective& FileFitter::full_objective(const Structure& structure) {
     return *full_objective_;
 }
 
-FileFitter::Solution FileFitter::best_conserving(const Structure& structure, Conserving& found) {
+Solution FileFitter::best_conserving(const Structure& structure, Conserving& found) {
     const Space& space = found.fitted.space;
     std::vector<Solution> starts{found.fitted.solution};
     if (!options_.start) {
@@ -422,8 +410,9 @@ FileFitter::Solution FileFitter::best_conserving(const Structure& structure, Con
     }
     Objective& objective = full_objective(structure);
     objective.limit_albedos(found.limit);
+    Polish polish = full_polish(structure, space);
     for (Solution& start : starts)
-        start = polish(objective, space, start, full_polish());
+        start = polish.minimised(start);
     std::stable_sort(starts.begin(), starts.end(), better);
     Solution best;
     best.squared_error = std::numeric_limits<double>::infinity();
@@ -437,8 +426,7 @@ FileFitter::Solution FileFitter::best_conserving(const Structure& structure, Con
     return best;
 }
 
-FileFitter::Solution FileFitter::settled(Objective& objective, Conserving& found,
-                                         Solution solution) {
+Solution FileFitter::settled(Objective& objective, Conserving& found, Solution solution) {
     AlbedoLimit all = limit_at_every_degree(found.limit->albedos, solution.a);
     const auto degrees = static_cast<Eigen::Index>(conserved_theta) + 1;
     Eigen::MatrixXd components = all.at(solution.theta);
@@ -460,7 +448,7 @@ FileFitter::Solution FileFitter::settled(Objective& objective, Conserving& found
                 wo.push_back(w);
         if (wo.size() == before)
             break; // as close as albedos that are smooth in theta can tell
-        solution = polish(objective, found.fitted.space, solution, full_polish());
+        solution = full_polish(objective.structure(), found.fitted.space).minimised(solution);
         components = all.at(solution.theta);
     }
     objective.limit_albedos(std::make_shared<const AlbedoLimit>(all));
@@ -510,11 +498,12 @@ FitResult FileFitter::fit(const Structure& structure, const ProgressFunction& pr
     result.random_starts = options_.random_starts;
     if (conserved != nullptr)
         objective.limit_albedos(conserved->limit);
+    Polish polish = full_polish(structure, fit.space);
     for (int i = 0; i < options_.random_starts; ++i) {
         tell(progress, (i + 1.0) / (options_.random_starts + 1)); // the search is one, about
         const std::vector<double> theta =
             fit.space.random(options_.seed, static_cast<std::uint64_t>(i));
-        Solution other = polish(objective, fit.space, {theta, {}, 0}, full_polish());
+        Solution other = best_of(polish, {{theta, {}, 0}});
         if (conserved != nullptr && other.squared_error < solution.squared_error)
             other = settled(objective, *conserved, std::move(other));
         if (std::sqrt(other.squared_error) <

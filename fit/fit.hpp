@@ -3,6 +3,7 @@
 #include "fit/conserve.hpp"
 #include "fit/minimise.hpp"
 #include "fit/objective.hpp"
+#include "fit/polish.hpp"
 #include "fit/programs.hpp"
 #include "fit/search.hpp"
 #include "fit/space.hpp"
@@ -29,8 +30,9 @@ struct FitOptions {
     /// Degrees; samples beyond are dropped. Raise it for data that is good at grazing angles (most
     /// gonioreflectometers lose accuracy there), lower it where the mirror's edge shows.
     double max_theta = 80;
-    /// NLopt's for the polish, as algorithm_named returns it. Change it to compare algorithms;
-    /// those without derivatives ("LN_...") need many more evaluations.
+    /// NLopt's for the polish, as algorithm_named returns it. The default one starts where the
+    /// Levenberg-Marquardt method ends, the others at the search's results: change it to compare
+    /// algorithms. Those without derivatives ("LN_...") need many more evaluations.
     std::string algorithm = "LD_SLSQP";
     /// Of one polish on all samples. Raise it where an algorithm without derivatives, or three
     /// and more lobes, stop at it.
@@ -89,15 +91,6 @@ class FileFitter {
     FitResult fit(const Structure& structure, const ProgressFunction& progress = {});
 
   private:
-    // theta with kd and ks solved for it; `a` may be empty in a start.
-    struct Solution {
-        std::vector<double> theta;
-        Coefficients a;
-        double squared_error;
-    };
-    static bool better(const Solution& a, const Solution& b) {
-        return a.squared_error < b.squared_error;
-    }
     struct Fitted {
         Space space;
         Solution solution;
@@ -140,10 +133,9 @@ class FileFitter {
     // The first `count` solutions; those that met in one optimum count as one.
     static std::vector<Solution>
     distinct(const Space& space, const std::vector<Solution>& solutions, std::size_t count);
-    // From start.theta and, where the metric is not quadratic, from start.a if there is one.
-    Solution polish(Objective& objective, const Space& space, const Solution& start,
-                    const MinimiseOptions& options) const;
-    MinimiseOptions full_polish() const;
+    Polish full_polish(const Structure& structure, const Space& space);
+    // The best local minimum from the starts, by that polish.
+    Solution best_of(Polish& polish, const std::vector<Solution>& starts) const;
     // Whether every lobe has some strength at a starting point: without it has no slope either.
     bool has_pull(const Structure& structure, const Solution& start);
     std::vector<double> start_theta(const Structure& structure, const Space& space) const;

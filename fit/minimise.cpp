@@ -27,9 +27,11 @@ struct Minimisation {
     const Function& function;
     nlopt_opt optimiser;
     double scale; // the value at the start, so that NLopt sees values of about 1
+    int patience;
     Minimum best;
     std::exception_ptr failure;
     std::vector<double> x, gradient;
+    int in_vain = 0; // evaluations in a row
 };
 
 // Whether this NLopt was built with the algorithm: without, it refuses to run.
@@ -57,7 +59,9 @@ double evaluate_for_nlopt(unsigned n, const double* x, double* gradient, void* d
     Minimisation& search = *static_cast<Minimisation*>(data);
     constexpr double very_bad = 1e10; // finite: see minimise.hpp
     double value = very_bad;
-    if (search.failure) { // some algorithms go on after nlopt_force_stop
+    if (search.failure ||
+        (search.patience > 0 &&
+         search.in_vain >= search.patience)) { // some algorithms go on after nlopt_force_stop
         if (gradient != nullptr)
             std::fill(gradient, gradient + n, 0.0);
         return very_bad;
@@ -70,6 +74,10 @@ double evaluate_for_nlopt(unsigned n, const double* x, double* gradient, void* d
         search.failure = std::current_exception();
         nlopt_force_stop(search.optimiser);
     }
+    if (value < search.best.value * (1 - MinimiseOptions::least_gain))
+        search.in_vain = 0;
+    else if (search.x != search.best.x && ++search.in_vain == search.patience)
+        nlopt_force_stop(search.optimiser);
     bool usable = !search.failure && std::isfinite(value);
     if (usable && gradient != nullptr)
         for (unsigned i = 0; i < n; ++i)
@@ -130,7 +138,7 @@ Minimum minimise(const Function& function, const std::vector<double>& start,
         nlopt_create(algorithm, static_cast<unsigned>(start.size())), nlopt_destroy);
     if (!optimiser)
         throw UsageError(fmt::format("NLopt has no algorithm {}", options.algorithm));
-    Minimisation search{function, optimiser.get(), 1, none, nullptr, {}, {}};
+    Minimisation search{function, optimiser.get(), 1, options.patience, none, nullptr, {}, {}};
     const double first = function(start, nullptr);
     search.best.evaluations = 1;
     if (std::isfinite(first)) {

@@ -22,6 +22,10 @@ struct MinimiseOptions {
     int max_evaluations = 300;
     double relative_tolerance = 1e-10; ///< of the value, between iterations
     unsigned long seed = 1;            ///< of stochastic algorithms
+    /// Ends after so many evaluations in a row that gained less than least_gain of the value; 0:
+    /// never. Line searches that start at an optimum take rounding for slopes.
+    int patience = 0;
+    static constexpr double least_gain = 1e-7;
 };
 
 struct Minimum {

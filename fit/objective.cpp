@@ -255,7 +255,7 @@ void Objective::add_gradient(const Reduced& fused, std::vector<double>& gradient
         const Eigen::Index first = basis_sums + static_cast<Eigen::Index>(e) * entry_sums;
         double sum = 0; // over channels of a W d_e r
         for (int ch = 0; ch < samples_.channels; ++ch) {
-            double residual = fused.sums(first + basis + ch, 0);
+            double residual = fused.sums(first + basis + ch % chunk, ch / chunk);
             for (int j = 0; j < basis; ++j)
                 residual -= change(ch, j) * fused.sums(first + j, 0);
             sum += coefficients_(ch, entries[e].basis) * residual;
@@ -297,10 +297,38 @@ double Objective::projected_error(const std::vector<double>& theta, std::vector<
     }
     if (gradient != nullptr)
         add_limit_gradient(theta, coefficients_, *gradient);
+    keep_reference(error);
+    return error;
+}
+
+void Objective::start_near(const Coefficients& a) {
+    reference_ = a;
+    reference_error_ = std::numeric_limits<double>::infinity();
+}
+
+void Objective::keep_reference(double error) {
     if (error < reference_error_) {
         reference_error_ = error;
         reference_ = coefficients_;
     }
+}
+
+double Objective::projected_normal(const std::vector<double>& theta, std::vector<double>& gradient,
+                                   NormalSums& sums) {
+    ++evaluations_;
+    gradient.assign(theta.size(), 0);
+    const int entries = static_cast<int>(layout().entries.size());
+    Reduced reduced;
+    const double error = solve_at(
+        theta, "normal_sums",
+        static_cast<std::size_t>(NORMAL_SUMS(layout().basis, samples_.chunk, entries)), reduced);
+    if (!std::isfinite(error)) {
+        coefficients_.setZero();
+        return error;
+    }
+    add_gradient(reduced, gradient);
+    sums = normal_from(reduced.sums);
+    keep_reference(error);
     return error;
 }
 
@@ -462,31 +490,40 @@ NormalSums Objective::normal_sums(const std::vector<double>& theta, const Coeffi
     const int basis = layout().basis;
     const int chunk = samples_.chunk;
     const int entries = static_cast<int>(layout().entries.size());
-    const Eigen::Index basis_sums = BASIS_SUMS(basis, chunk);
-    const Eigen::Index gradient_sums = GRADIENT_SUMS(basis, chunk, entries);
     const Reduced reduced =
         run("normal_sums", theta, a, static_cast<std::size_t>(NORMAL_SUMS(basis, chunk, entries)),
             samples_.chunks, false);
+    NormalSums normal = normal_from(reduced.sums);
+    normal.squared_error = reduced.sums.row(BASIS_SUMS(basis, chunk) - 1).sum();
+    normal.entry_residual.resize(entries, samples_.channels);
+    for (int e = 0; e < entries; ++e)
+        for (int ch = 0; ch < samples_.channels; ++ch)
+            normal.entry_residual(e, ch) = reduced.sums(
+                BASIS_SUMS(basis, chunk) + e * ENTRY_SUMS(basis, chunk) + basis + ch % chunk,
+                ch / chunk);
+    return normal;
+}
+
+// The sums that have nothing to do with the residuals.
+NormalSums Objective::normal_from(const Eigen::ArrayXXd& sums) const {
+    const int basis = layout().basis;
+    const int chunk = samples_.chunk;
+    const int entries = static_cast<int>(layout().entries.size());
+    const Eigen::Index basis_sums = BASIS_SUMS(basis, chunk);
+    const Eigen::Index gradient_sums = GRADIENT_SUMS(basis, chunk, entries);
     NormalSums normal;
     normal.basis.resize(basis, basis);
     for (int j = 0, k = 0; j < basis; ++j)
         for (int l = 0; l <= j; ++l, ++k)
-            normal.basis(j, l) = normal.basis(l, j) = reduced.sums(k, 0);
+            normal.basis(j, l) = normal.basis(l, j) = sums(k, 0);
     normal.entry_basis.resize(entries, basis);
-    normal.entry_residual.resize(entries, samples_.channels);
     normal.entry_entry.resize(entries, entries);
-    for (int e = 0; e < entries; ++e) {
-        const auto first = basis_sums + e * ENTRY_SUMS(basis, chunk);
+    for (int e = 0, k = 0; e < entries; ++e) {
         for (int j = 0; j < basis; ++j)
-            normal.entry_basis(e, j) = reduced.sums(first + j, 0);
-        for (int ch = 0; ch < samples_.channels; ++ch)
-            normal.entry_residual(e, ch) = reduced.sums(first + basis + ch % chunk, ch / chunk);
-    }
-    for (int e = 0, k = 0; e < entries; ++e)
+            normal.entry_basis(e, j) = sums(basis_sums + e * ENTRY_SUMS(basis, chunk) + j, 0);
         for (int f = 0; f <= e; ++f, ++k)
-            normal.entry_entry(e, f) = normal.entry_entry(f, e) =
-                reduced.sums(gradient_sums + k, 0);
-    normal.squared_error = reduced.sums.row(basis_sums - 1).sum();
+            normal.entry_entry(e, f) = normal.entry_entry(f, e) = sums(gradient_sums + k, 0);
+    }
     return normal;
 }
 

@@ -71,7 +71,12 @@ class Objective {
     /// derivatives at the solved kd and ks). May be non-finite where the model overflows.
     double projected_error(const std::vector<double>& theta,
                            std::vector<double>* gradient = nullptr);
-    /// kd and ks of the last projected_error.
+    /// The same with its gradient and the sums a Gauss-Newton step needs, in one pass where the
+    /// last solution is near; `sums.entry_residual` and `.squared_error` are left empty. Not with a
+    /// limit on R, whose part of the curvature they lack.
+    double projected_normal(const std::vector<double>& theta, std::vector<double>& gradient,
+                            NormalSums& sums);
+    /// kd and ks of the last projected_error or projected_normal.
     const Coefficients& coefficients() const { return coefficients_; }
 
     /// Squared error of metric `log` or `cbrt` at theta, a; `by_theta`, `by_coefficients` receive
@@ -85,9 +90,14 @@ class Objective {
     double projected_loss(Metric metric, const std::vector<double>& theta, Coefficients& a,
                           std::vector<double>* gradient = nullptr);
 
+    /// Sums are taken about these kd and ks next: solutions near them lose no digits, and need no
+    /// second pass.
+    void start_near(const Coefficients& a);
+
     /// From here on kd and ks are solved with the material's R at or below 1 for the limit's
     /// viewers, and gradients follow that; without one, freely.
     void limit_albedos(std::shared_ptr<const AlbedoLimit> limit) { limit_ = std::move(limit); }
+    bool is_limited() const { return limit_ != nullptr; }
 
     /// All errors at theta, a, from the residuals themselves.
     MetricErrors metric_errors(const std::vector<double>& theta, const Coefficients& a);
@@ -105,7 +115,7 @@ class Objective {
     void write_shape_rows(const cl::Buffer& rows, std::size_t first,
                           const std::vector<std::vector<double>>& candidates);
 
-    /// Calls of projected_error, projected_loss and loss so far.
+    /// Calls of projected_error, projected_normal, projected_loss and loss so far.
     std::size_t evaluations() const { return evaluations_; }
     /// Passes over the samples that were timed (not the first of each kernel), and their seconds.
     std::size_t timed_passes() const { return timed_passes_; }
@@ -138,6 +148,8 @@ class Objective {
     double solve_at(const std::vector<double>& theta, const char* pass, std::size_t count,
                     Reduced& reduced);
     void add_gradient(const Reduced& fused, std::vector<double>& gradient) const;
+    NormalSums normal_from(const Eigen::ArrayXXd& sums) const;
+    void keep_reference(double error);
     double newton_step(const std::vector<ChannelLoss>& at, const std::vector<double>& damping,
                        Coefficients& a);
     LimitedSolution solved(int channel, const SmallMatrix& gram, const SmallVector& projected,

@@ -183,6 +183,27 @@ std::vector<double> Space::gradient_by_x(const std::vector<double>& theta,
     return gradient;
 }
 
+Eigen::MatrixXd Space::curvature_by_x(const std::vector<double>& theta,
+                                      const Eigen::MatrixXd& by_theta) const {
+    std::vector<Eigen::Index> free;
+    for (std::size_t i = 0; i < dimensions_.size(); ++i)
+        if (!dimensions_[i].fixed)
+            free.push_back(static_cast<Eigen::Index>(i));
+    const auto slope = [&](Eigen::Index i) {
+        const auto at = static_cast<std::size_t>(i);
+        return slope_of_scale(dimensions_[at].parameter.scale, theta[at]);
+    };
+    const auto n = static_cast<Eigen::Index>(free.size());
+    Eigen::MatrixXd curvature(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+        for (Eigen::Index k = 0; k < n; ++k) {
+            const Eigen::Index row = free[static_cast<std::size_t>(i)];
+            const Eigen::Index column = free[static_cast<std::size_t>(k)];
+            curvature(i, k) = by_theta(row, column) * slope(row) * slope(column);
+        }
+    return curvature;
+}
+
 std::vector<double> Space::lower() const {
     std::vector<double> x;
     for (const Dimension& dimension : dimensions_)

@@ -2,6 +2,7 @@
 
 #include "host/model/catalogue.hpp"
 
+#include <Eigen/Dense>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -46,6 +47,9 @@ class Space {
     /// Derivatives by x from derivatives by theta.
     std::vector<double> gradient_by_x(const std::vector<double>& theta,
                                       const std::vector<double>& by_theta) const;
+    /// Second derivatives by x from those by theta, but for the scales' own.
+    Eigen::MatrixXd curvature_by_x(const std::vector<double>& theta,
+                                   const Eigen::MatrixXd& by_theta) const;
     std::vector<double> lower() const; ///< of x
     std::vector<double> upper() const;
     /// theta moved into the ranges.

@@ -1,5 +1,7 @@
 #include "fit/uncertainty.hpp"
 
+#include "fit/gauss_newton.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -11,9 +13,6 @@ namespace {
 
 // A parameter this close to the end of its range, as a share of it, ended at a bound.
 constexpr double bound_share = 1e-6;
-// Directions of less curvature than this share of what each parameter has alone are not determined:
-// sums of float32 products tell no less.
-constexpr double undetermined = 3e-7;
 // kd and ks below this share of the largest are 0, as optimisers leave it.
 constexpr double nothing_share = 1e-9;
 
@@ -23,34 +22,6 @@ bool ended_at_bound(const Space::Dimension& dimension, double value) {
     const double x = to_scale(p.scale, value);
     const double margin = bound_share * (high - low);
     return !dimension.fixed && (x <= low + margin || x >= high - margin);
-}
-
-// J'J of the mean squared error by theta and each channel's kd and ks. Those of different channels
-// do not meet.
-struct GaussNewton {
-    Eigen::MatrixXd theta, basis;       ///< basis: of any channel
-    std::vector<Eigen::MatrixXd> cross; ///< [channel] theta by basis
-};
-
-GaussNewton gauss_newton(Objective& objective, const std::vector<double>& theta,
-                         const Coefficients& a, double& squared_error) {
-    const NormalSums normal = objective.normal_sums(theta, a);
-    squared_error = normal.squared_error;
-    const auto& entries = objective.layout().entries;
-    const auto parameters = static_cast<Eigen::Index>(theta.size());
-    GaussNewton sums{Eigen::MatrixXd::Zero(parameters, parameters), normal.basis, {}};
-    for (std::size_t e = 0; e < entries.size(); ++e)
-        for (std::size_t f = 0; f < entries.size(); ++f)
-            sums.theta(entries[e].parameter, entries[f].parameter) +=
-                a.col(entries[e].basis).dot(a.col(entries[f].basis)) *
-                normal.entry_entry(static_cast<Eigen::Index>(e), static_cast<Eigen::Index>(f));
-    for (Eigen::Index ch = 0; ch < a.rows(); ++ch) {
-        sums.cross.emplace_back(Eigen::MatrixXd::Zero(parameters, a.cols()));
-        for (std::size_t e = 0; e < entries.size(); ++e)
-            sums.cross.back().row(entries[e].parameter) +=
-                a(ch, entries[e].basis) * normal.entry_basis.row(static_cast<Eigen::Index>(e));
-    }
-    return sums;
 }
 
 // Half the Hessian of the loss by theta and a, from differences of its gradient.
@@ -270,10 +241,13 @@ std::vector<FittedParameter> fitted_parameters(Objective& objective, const Space
     double squared_error = 0;
     GaussNewton sums;
     Eigen::MatrixXd curvature;
-    if (quadratic(metric))
-        sums = gauss_newton(objective, theta, a, squared_error);
-    else
+    if (quadratic(metric)) {
+        const NormalSums normal = objective.normal_sums(theta, a);
+        squared_error = normal.squared_error;
+        sums = gauss_newton(normal, objective.layout(), a);
+    } else {
         curvature = half_hessian(objective, space, metric, theta, a, squared_error);
+    }
     const double unknowns = static_cast<double>(std::count(free.begin(), free.end(), true));
     const double residuals = objective.samples().norm();
     const double residual_variance = residuals > unknowns
