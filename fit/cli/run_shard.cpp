@@ -99,8 +99,8 @@ int run_shard(const Options& options, const Globals& globals) {
     run.jobs = options.jobs;
     run.retry_failed = options.retry_failed;
     const Plan plan = read_plan(options.folder);
+    const StopSignals signals(globals.quiet); // first: drivers catch signals too, and pass them on
     const Device device = open_device(globals.device);
-    const StopSignals signals(globals.quiet);
     run.stop = [&] {
         const std::chrono::duration<double> so_far = std::chrono::steady_clock::now() - started;
         return StopSignals::asked() || (options.max_time > 0 && so_far.count() >= options.max_time);
@@ -114,14 +114,15 @@ int run_shard(const Options& options, const Globals& globals) {
         progress->show(done, name_of(plan, task));
         return ProgressFunction{};
     };
+    std::string told; // a broken file fails every task on it
     run.finished = [&](const Task& task, const std::string& reason) {
-        if (reason.empty() && !globals.verbose)
-            return;
-        progress->clear();
-        if (reason.empty())
-            spdlog::debug("done {} {}", task.id, name_of(plan, task));
-        else
+        const bool is_new = !reason.empty() && reason != told;
+        if (is_new || globals.verbose)
+            progress->clear();
+        spdlog::debug("{} {} {}", reason.empty() ? "done" : "failed", task.id, name_of(plan, task));
+        if (is_new)
             spdlog::error("{}: {}", name_of(plan, task), reason);
+        told = reason;
     };
     const ShardCounts counts = brdfit::run_shard(plan, options.folder, device, run);
     progress->clear();

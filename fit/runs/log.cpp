@@ -147,7 +147,9 @@ Json ShardLog::read(const LoggedRow& row) const {
     if (fseeko(file.get(), static_cast<off_t>(row.offset), SEEK_SET) != 0 ||
         std::fread(text.data(), 1, text.size(), file.get()) != text.size() || !parse_logged(text))
         throw InputError(fmt::format("{}: has changed while it was read", place(row)));
-    return parse_json(text, place(row), "a row of a run");
+    Json json = parse_json(text, place(row), "a row of a run");
+    json.erase("crc32");
+    return json;
 }
 
 std::string ShardLog::place(const LoggedRow& row) const {

@@ -48,7 +48,8 @@ struct ShardLog {
     std::uint64_t whole_bytes = 0; ///< without a torn last line
     bool torn = false;             ///< whether there is one: being written, or cut
 
-    /// The row whole. Throws InputError where the log is not as it was when it was read.
+    /// The row whole, without its checksum. Throws InputError where the log is not as it was when
+    /// it was read.
     Json read(const LoggedRow& row) const;
     /// "PATH:LINE"
     std::string place(const LoggedRow& row) const;

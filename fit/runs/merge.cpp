@@ -51,10 +51,12 @@ double minimised_error(const Json& row, const Task& task) {
     return row.at("material").at("fit").at("error").at(name_of(task.metric)).get<double>();
 }
 
-// Throws InputError where two rows of a task are two results; notes how far they differ.
+// Throws InputError where two rows of a task are two results; notes who made the second, and how
+// far they differ.
 void compare(const Task& task, const RunLogs& logs, const RowPlace& a, const RowPlace& b,
              MergeReport& report) {
     const Json first = logs.read(a), second = logs.read(b);
+    ++report.made_by[maker_of(second)]; // that of the first is counted with the chosen
     if (timeless(first) == timeless(second))
         return;
     const double e = minimised_error(first, task), f = minimised_error(second, task);
