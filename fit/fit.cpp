@@ -420,6 +420,7 @@ FileFitter::Solution FileFitter::best_conserving(const Structure& structure, Con
             starts.push_back(
                 extended(structure, space, part, conserving(part.structure).fitted.solution));
     }
+    full_objective_.reset(); // whether the above fitted something or knew it
     Objective& objective = full_objective(structure);
     objective.limit_albedos(found.limit);
     for (Solution& start : starts)

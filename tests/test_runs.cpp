@@ -185,24 +185,34 @@ TEST_F(Runs, shards_and_jobs_make_the_same_rows_as_one) {
 
 // Whatever was fitted before in the same process, or was not.
 TEST_F(Runs, a_result_does_not_depend_on_what_was_fitted_before) {
-    for (const std::vector<std::string>& options : {std::vector<std::string>{"--starts", "2"},
-                                                    {"--conserve"},
-                                                    {"--metric", "log"},
-                                                    {"--fix", "2.m=0.3"}}) {
-        std::vector<std::string> all{"-m", "kurt+ward,ward,kurt", "--lobes", "1,2"};
-        all.insert(all.end(), options.begin(), options.end());
-        plan(all, "whole");
-        plan(all, "parts");
+    write_file(folder / "bright.json", R"({"brdfit": 1, "channels": ["R"],
+        "diffuse": {"model": "lambert", "kd": [0]},
+        "lobes": [{"model": "kurt", "ks": [0.9], "f0": 1, "m": 0.3, "alpha": 0.6}]})");
+    ASSERT_EQ(run_program({"synth", folder / "bright.json", folder / "bright.csv", "--directions",
+                           "300", "--noise", "0.05"})
+                  .status,
+              0);
+    for (const std::vector<std::string>& options :
+         {std::vector<std::string>{"-m", "kurt+ward,ward,kurt", "--starts", "2"},
+          {"-m", "kurt", "--conserve"},
+          {"-m", "ward", "--metric", "log"},
+          {"-m", "ward+kurt,ward", "--fix", "2.m=0.3"}}) {
+        for (const char* name : {"whole", "parts"}) {
+            std::vector<std::string> command{"plan", folder / "bright.csv", "--lobes", "1,2",
+                                             "-o",   folder / name};
+            command.insert(command.end(), options.begin(), options.end());
+            ASSERT_EQ(run_program(command).status, 0);
+        }
         const Plan planned = read_plan(folder / "whole");
         run_shard(planned, folder / "whole", device(), {});
         std::size_t made = 0;
-        RunOptions one; // task a process, as good as
+        RunOptions one; // task at a time, with nothing known of the others
         one.finished = [&](const Task&, const std::string&) { ++made; };
         one.stop = [&] { return made > 0; };
         for (std::size_t i = 0; i < planned.tasks.size(); ++i, made = 0)
             EXPECT_EQ(run_shard(planned, folder / "parts", device(), one).left,
                       planned.tasks.size() - i - 1);
-        EXPECT_EQ(merged("parts"), merged("whole")) << options.front();
+        EXPECT_EQ(merged("parts"), merged("whole")) << options[1];
         std::filesystem::remove_all(folder.path() / "whole");
         std::filesystem::remove_all(folder.path() / "parts");
     }
