@@ -173,7 +173,7 @@ ShardLog read_log(const std::string& folder, const Shard& shard) {
         return log;
     const FileHandle file = open_log(log.path);
     LogReader reader(log);
-    std::string piece(std::size_t{1} << 20, '\0');
+    std::string piece(std::size_t{1} << 16, '\0');
     while (const std::size_t read = std::fread(piece.data(), 1, piece.size(), file.get()))
         reader.take(std::string_view(piece).substr(0, read));
     if (std::ferror(file.get()) != 0)
