@@ -408,6 +408,7 @@ Solution FileFitter::best_conserving(const Structure& structure, Conserving& fou
             starts.push_back(
                 extended(structure, space, part, conserving(part.structure).fitted.solution));
     }
+    full_objective_.reset(); // whether the above fitted something or knew it
     Objective& objective = full_objective(structure);
     objective.limit_albedos(found.limit);
     Polish polish = full_polish(structure, space);

@@ -21,6 +21,10 @@
 
 namespace brdfit {
 
+/// Of the way from samples to a fit: raised by whatever may let a fit end elsewhere than before, so
+/// that results of both ways are not taken for one.
+inline constexpr int algorithm_version = 1;
+
 /// How to fit; the defaults find the global optimum of every model.
 struct FitOptions {
     /// What is minimised. Ngan's weighs highlights as they look in a rendering; `log` and `cbrt`

@@ -120,29 +120,33 @@ std::string material_path(const FitRequest& request, const std::string& stem,
         .string();
 }
 
-void check_nothing_is_replaced(const FitRequest& request, const std::vector<std::string>& also) {
-    if (request.force)
-        return;
+void check_none_is_there(const std::vector<std::string>& paths) {
     std::vector<std::string> there;
-    const auto look = [&](const std::string& path) {
+    for (const std::string& path : paths) {
         std::error_code unknown;
         if (std::filesystem::is_regular_file(path, unknown))
             there.push_back(path);
-    };
-    // Names do not depend on the form.
-    for (const std::string& stem : distinct_stems(request.files))
-        for (const Structure& structure : structures_of(request, request.isotropic.value_or(true)))
-            look(material_path(request, stem, structure));
-    if (!request.csv.empty())
-        look(request.csv);
-    for (const std::string& path : also)
-        look(path);
+    }
     if (!there.empty())
         throw InputError(fmt::format(
             "{}{} there already; --force replaces results, or choose "
             "another folder",
             there.front(),
             there.size() == 1 ? " is" : fmt::format(" and {} more are", there.size() - 1)));
+}
+
+void check_nothing_is_replaced(const FitRequest& request, const std::vector<std::string>& also) {
+    if (request.force)
+        return;
+    std::vector<std::string> paths;
+    // Names do not depend on the form.
+    for (const std::string& stem : distinct_stems(request.files))
+        for (const Structure& structure : structures_of(request, request.isotropic.value_or(true)))
+            paths.push_back(material_path(request, stem, structure));
+    if (!request.csv.empty())
+        paths.push_back(request.csv);
+    paths.insert(paths.end(), also.begin(), also.end());
+    check_none_is_there(paths);
 }
 
 } // namespace brdfit

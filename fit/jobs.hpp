@@ -35,6 +35,8 @@ std::vector<std::string> distinct_stems(const std::vector<std::string>& files);
 /// Where a file's material of a structure goes: FOLDER/STEM.MODEL.LOBES.json.
 std::string material_path(const FitRequest& request, const std::string& stem,
                           const Structure& structure);
+/// Throws InputError naming those of the paths that are files.
+void check_none_is_there(const std::vector<std::string>& paths);
 /// Throws InputError naming files that the request, or writing `also`, would replace, unless it
 /// may.
 void check_nothing_is_replaced(const FitRequest& request,

@@ -2,7 +2,6 @@
 
 #include "host/device/kernels.hpp"
 #include "host/device/tuning.hpp"
-#include "host/files/file.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>
@@ -10,7 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <limits>
-#include <map>
+#include <unordered_set>
 
 namespace brdfit {
 
@@ -27,36 +26,12 @@ nlohmann::ordered_json errors_json(const MetricErrors& errors) {
     return json;
 }
 
-// The range as the command line has it.
-std::string text_of(const ParameterRange& range) {
-    const std::string name =
-        range.lobe == 0 ? range.name : fmt::format("{}.{}", range.lobe, range.name);
-    return range.fixed ? fmt::format("{}={}", name, range.lower)
-                       : fmt::format("{}={}:{}", name, range.lower, range.upper);
-}
-
 void add_albedo(nlohmann::ordered_json& json, const LargestAlbedo& albedo) {
     if (std::isfinite(albedo.value))
         json["largest_albedo"] = {
             {"R", albedo.value}, {"theta", albedo.theta}, {"channel", albedo.channel}};
     else
         json["largest_albedo"] = nullptr;
-}
-
-// "l1_m" for "lobes[0].m", "kd_R" for "kd[R]", "l1_ks_R" for "lobes[0].ks[R]".
-std::string column_name(const std::string& parameter) {
-    std::string name;
-    std::size_t at = 0;
-    if (parameter.rfind("lobes[", 0) == 0) {
-        at = parameter.find("].");
-        name = fmt::format("l{}_", std::stoi(parameter.substr(6)) + 1);
-        at += 2;
-    }
-    const std::string rest = parameter.substr(at);
-    const std::size_t bracket = rest.find('[');
-    return bracket == std::string::npos ? name + rest
-                                        : name + rest.substr(0, bracket) + "_" +
-                                              rest.substr(bracket + 1, rest.size() - bracket - 2);
 }
 
 // The errors with as many decimals as give the least four digits, so that the points align.
@@ -111,6 +86,21 @@ std::string with_prefix(double value) {
 
 } // namespace
 
+std::string column_name(const std::string& parameter) {
+    std::string name;
+    std::size_t at = 0;
+    if (parameter.rfind("lobes[", 0) == 0) {
+        at = parameter.find("].");
+        name = fmt::format("l{}_", std::stoi(parameter.substr(6)) + 1);
+        at += 2;
+    }
+    const std::string rest = parameter.substr(at);
+    const std::size_t bracket = rest.find('[');
+    return bracket == std::string::npos ? name + rest
+                                        : name + rest.substr(0, bracket) + "_" +
+                                              rest.substr(bracket + 1, rest.size() - bracket - 2);
+}
+
 nlohmann::ordered_json fit_record(const FitResult& result, const Samples& samples,
                                   const FitOptions& options, const Device& device) {
     nlohmann::ordered_json record;
@@ -151,6 +141,7 @@ nlohmann::ordered_json fit_record(const FitResult& result, const Samples& sample
     record["driver"] = device.driver;
     record["form"] = to_json(device.form);
     record["kernels"] = kernel_hash();
+    record["algorithm_version"] = algorithm_version;
     record["version"] = version;
     return record;
 }
@@ -266,53 +257,66 @@ nlohmann::ordered_json fit_rows_json(const FitRows& rows, const FitOptions& opti
     return json;
 }
 
-void write_fit_csv(const FitRows& rows, const FitOptions& options, const std::string& path) {
-    OutputFile file(path);
-    std::vector<std::string> parameters; // of any row, in the order they first come
-    std::map<std::string, std::size_t> place;
-    for (const FitRow& row : rows.done)
-        for (const FittedParameter& p : row.result.parameters)
-            if (place.emplace(p.name, parameters.size()).second)
-                parameters.push_back(p.name);
-    std::string text = "file,model,lobes,metric";
+FitCsv::FitCsv(const std::string& path, const std::vector<std::string>& parameters)
+    : writer_(path) {
+    std::string head = "file,model,lobes,metric";
     for (int i = 0; i < metric_count; ++i)
-        text += fmt::format(",error_{}", name_of(static_cast<Metric>(i)));
-    text += ",samples,evaluations,seconds,build_seconds,random_starts,random_starts_better,"
+        head += fmt::format(",error_{}", name_of(static_cast<Metric>(i)));
+    head += ",samples,evaluations,seconds,build_seconds,random_starts,random_starts_better,"
             "largest_albedo,remarks,failed,material_file";
-    for (const std::string& name : parameters)
+    for (const std::string& name : parameters) {
+        place_.emplace(name, place_.size());
         for (const char* what : {"", "_se", "_at_bound"})
-            text += "," + csv_field(column_name(name) + what);
-    text += '\n';
+            head += "," + csv_field(column_name(name) + what);
+    }
+    writer_.bytes(head + '\n');
+}
+
+void FitCsv::add(const FitRow& row, Metric metric) {
     const auto number = [](double value) {
         return std::isfinite(value) ? fmt::format("{}", value) : std::string();
     };
-    for (const FitRow& row : rows.done) {
-        const FitResult& r = row.result;
-        text += fmt::format("{},{},{},{}", csv_field(row.file), r.model, r.material.lobes.size(),
-                            name_of(options.metric));
-        for (const double error : r.errors)
-            text += fmt::format(",{}", error);
-        text += fmt::format(",{},{},{:.6f},{:.6f},{},{},{},{},,{}", r.samples, r.evaluations,
-                            r.seconds, r.build_seconds, r.random_starts, r.random_starts_better,
-                            number(r.largest_albedo.value),
-                            csv_field(fmt::format("{}", fmt::join(remarks_on(r), "; "))),
-                            csv_field(row.material_file));
-        std::vector<const FittedParameter*> of_row(parameters.size(), nullptr);
-        for (const FittedParameter& p : r.parameters)
-            of_row[place[p.name]] = &p;
-        for (const FittedParameter* p : of_row)
-            text += p == nullptr ? ",,,"
-                                 : fmt::format(",{},{},{}", p->value, number(p->standard_error),
-                                               p->at_bound ? 1 : 0);
-        text += '\n';
-    }
+    const FitResult& r = row.result;
+    std::string text = fmt::format("{},{},{},{}", csv_field(row.file), r.model,
+                                   r.material.lobes.size(), name_of(metric));
+    for (const double error : r.errors)
+        text += fmt::format(",{}", error);
+    text += fmt::format(
+        ",{},{},{:.6f},{:.6f},{},{},{},{},,{}", r.samples, r.evaluations, r.seconds,
+        r.build_seconds, r.random_starts, r.random_starts_better, number(r.largest_albedo.value),
+        csv_field(fmt::format("{}", fmt::join(remarks_on(r), "; "))), csv_field(row.material_file));
+    std::vector<const FittedParameter*> of_row(place_.size(), nullptr);
+    for (const FittedParameter& p : r.parameters)
+        of_row[place_.at(p.name)] = &p;
+    for (const FittedParameter* p : of_row)
+        text += p == nullptr ? ",,,"
+                             : fmt::format(",{},{},{}", p->value, number(p->standard_error),
+                                           p->at_bound ? 1 : 0);
+    writer_.bytes(text + '\n');
+    writer_.end_row();
+}
+
+void FitCsv::add(const FailedFit& failed, Metric metric) {
+    writer_.bytes(
+        fmt::format("{},{},{},{},,,,,,,,,,,,,{},{}\n", csv_field(failed.file), failed.model,
+                    failed.model.empty() ? "" : fmt::format("{}", failed.lobes), name_of(metric),
+                    csv_field(failed.reason), std::string(3 * place_.size(), ',')));
+    writer_.end_row();
+}
+
+void write_fit_csv(const FitRows& rows, const FitOptions& options, const std::string& path) {
+    std::vector<std::string> parameters; // of any row, in the order they first come
+    std::unordered_set<std::string> known;
+    for (const FitRow& row : rows.done)
+        for (const FittedParameter& p : row.result.parameters)
+            if (known.insert(p.name).second)
+                parameters.push_back(p.name);
+    FitCsv csv(path, parameters);
+    for (const FitRow& row : rows.done)
+        csv.add(row, options.metric);
     for (const FailedFit& failed : rows.failed)
-        text += fmt::format("{},{},{},{},,,,,,,,,,,,,{},{}\n", csv_field(failed.file), failed.model,
-                            failed.model.empty() ? "" : fmt::format("{}", failed.lobes),
-                            name_of(options.metric), csv_field(failed.reason),
-                            std::string(3 * parameters.size(), ','));
-    file.write(text);
-    file.commit();
+        csv.add(failed, options.metric);
+    csv.commit();
 }
 
 } // namespace brdfit

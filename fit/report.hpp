@@ -1,10 +1,12 @@
 #pragma once
 
 #include "fit/fit.hpp"
+#include "host/files/columns.hpp"
 
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 namespace brdfit {
@@ -45,10 +47,27 @@ std::string fit_table(std::vector<const FitRow*> rows, Metric metric);
 /// and times; of what failed, file, model, lobes and `failed`, the reason.
 nlohmann::ordered_json fit_rows_json(const FitRows& rows, const FitOptions& options);
 
-/// Writes the rows as CSV, whole or not at all: one a fit, one column each for file, model, lobes,
-/// metric, the errors, counts, times, remarks and the reason of a failure; then for each parameter
-/// of any row its value, standard error (_se) and whether it is at its bound (_at_bound): l1_m of
-/// the first lobe, kd_R and l1_ks_R of channel R.
+/// "l1_m" for the parameter "lobes[0].m", "kd_R" for "kd[R]", "l1_ks_R" for "lobes[0].ks[R]".
+std::string column_name(const std::string& parameter);
+
+/// A summary as CSV, which appears whole or not at all: a row a fit, one column each for file,
+/// model, lobes, metric, the errors, counts, times, remarks and the reason of a failure; then for
+/// each parameter its value, standard error (_se) and whether it is at its bound (_at_bound), under
+/// its column_name.
+class FitCsv {
+  public:
+    /// `parameters`: those of all rows to come, in the order of their columns.
+    FitCsv(const std::string& path, const std::vector<std::string>& parameters);
+    void add(const FitRow& row, Metric metric);
+    void add(const FailedFit& failed, Metric metric);
+    void commit() { writer_.commit(); }
+
+  private:
+    RowWriter writer_;
+    std::unordered_map<std::string, std::size_t> place_; ///< of a parameter
+};
+
+/// Writes the rows so, those that failed at the end.
 void write_fit_csv(const FitRows& rows, const FitOptions& options, const std::string& path);
 
 } // namespace brdfit

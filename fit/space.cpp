@@ -73,6 +73,13 @@ ParameterRange parse_bound(const std::string& text) {
     return range;
 }
 
+std::string text_of(const ParameterRange& range) {
+    const std::string name =
+        range.lobe == 0 ? range.name : fmt::format("{}.{}", range.lobe, range.name);
+    return range.fixed ? fmt::format("{}={}", name, range.lower)
+                       : fmt::format("{}={}:{}", name, range.lower, range.upper);
+}
+
 double to_scale(Scale scale, double value) {
     switch (scale) {
     case Scale::Log:

@@ -22,6 +22,8 @@ struct ParameterRange {
 /// Parses `--fix NAME=VALUE` and `--bound NAME=LOW:HIGH`. Throws UsageError saying what is wrong.
 ParameterRange parse_fix(const std::string& text);
 ParameterRange parse_bound(const std::string& text);
+/// The range as these two read it.
+std::string text_of(const ParameterRange& range);
 
 /// The optimiser's coordinates x of the parameters theta that are free: logarithms of roughnesses
 /// and exponents, the others as they are.

@@ -32,6 +32,10 @@ void add_sample(CLI::App& app, const Globals& globals, Action& action);
 void add_generate(CLI::App& app, const Globals& globals, Action& action);
 void add_albedo(CLI::App& app, const Globals& globals, Action& action);
 void add_table(CLI::App& app, const Globals& globals, Action& action);
+void add_plan(CLI::App& app, const Globals& globals, Action& action);
+void add_run_shard(CLI::App& app, const Globals& globals, Action& action);
+void add_status(CLI::App& app, const Globals& globals, Action& action);
+void add_merge(CLI::App& app, const Globals& globals, Action& action);
 void add_bench(CLI::App& app, const Globals& globals, Action& action);
 /// Below bench.
 void add_bench_sampling(CLI::App& bench, const Globals& globals, Action& action);

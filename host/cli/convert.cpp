@@ -122,6 +122,8 @@ int convert_samples(const Options& options, const Globals& globals) {
     require_samples_ending(options.out);
     if (!options.size.empty() || options.spectral)
         throw UsageError("--size, --spectral: expected them with an output that ends in .bsdf");
+    if (!globals.device.empty())
+        throw UsageError("--device: expected it with an output that ends in .bsdf");
     Progress progress(2, globals.quiet);
     progress.show(0, options.in);
     const Samples samples = read_measurement(options.in, options.isotropy.choice());

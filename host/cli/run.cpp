@@ -24,8 +24,9 @@ namespace brdfit::cli {
 namespace {
 
 constexpr AddCommand commands[] = {
-    add_devices, add_models, add_info,   add_synth, add_convert,  add_fit,  add_eval,
-    add_pdf,     add_sample, add_albedo, add_table, add_generate, add_demo,
+    add_devices, add_models, add_info,      add_synth,  add_convert, add_fit,
+    add_eval,    add_pdf,    add_sample,    add_albedo, add_table,   add_generate,
+    add_demo,    add_plan,   add_run_shard, add_status, add_merge,
 #ifdef BRDFIT_BENCH
     add_bench,   add_tune,
 #endif
@@ -194,7 +195,7 @@ int run(int argc, char** argv) {
         }
         return 0;
     }
-    for (const char* without : {"models", "info", "convert"})
+    for (const char* without : {"models", "info", "plan", "status", "merge"})
         if (!globals.device.empty() && app.got_subcommand(without)) {
             spdlog::error("--device: {} runs on no device", without);
             return wrong_usage;

@@ -1,6 +1,8 @@
 #include "host/files/file.hpp"
 
 #include "host/error.hpp"
+#include "host/files/append.hpp"
+#include "host/files/kill_point.hpp"
 
 #include <atomic>
 #include <cerrno>
@@ -121,14 +123,17 @@ void OutputFile::fail(const char* action, int error) {
 }
 
 void OutputFile::write(const void* data, std::size_t bytes) {
+    kill_point();
     if (bytes != 0 && std::fwrite(data, 1, bytes, file_) != bytes)
         fail("write", errno);
 }
 
-void OutputFile::commit() {
+void OutputFile::commit(bool durable) {
     std::FILE* const file = file_;
     file_ = nullptr;
-    const bool flushed = std::fflush(file) == 0;
+    kill_point();
+    const bool flushed =
+        std::fflush(file) == 0 && (!durable || temporary_.empty() || fsync(fileno(file)) == 0);
     const int flush_error = errno;
     const bool closed = std::fclose(file) == 0;
     if (!flushed || !closed)
@@ -136,6 +141,7 @@ void OutputFile::commit() {
     if (temporary_.empty())
         return;
     const bool there = access(path_.c_str(), F_OK) == 0;
+    kill_point();
     if (std::rename(temporary_.c_str(), path_.c_str()) != 0)
         fail("rename the finished file", errno);
     if (there) {
@@ -145,6 +151,8 @@ void OutputFile::commit() {
     temporary_.clear();
     release_slot(slot_);
     slot_ = -1;
+    if (durable)
+        sync_folder(std::filesystem::path(path_).parent_path().string());
 }
 
 std::vector<std::string> take_replaced_files() {

@@ -40,7 +40,11 @@ class OutputFile {
 
     void write(const void* data, std::size_t bytes);
     void write(std::string_view text) { write(text.data(), text.size()); }
-    void commit();
+    /// `durable`: the file outlasts a crash of the system once this returns.
+    void commit(bool durable = false);
+    /// Where the bytes go until then, for libraries that write files by themselves, instead of
+    /// write().
+    const std::string& path_until_commit() const { return temporary_.empty() ? path_ : temporary_; }
 
   private:
     [[noreturn]] void fail(const char* action, int error);

@@ -1,0 +1,166 @@
+#include "fit/runs/run.hpp"
+#include "fit/runs/status.hpp"
+#include "host/cli/command.hpp"
+#include "host/cli/progress.hpp"
+#include "host/error.hpp"
+
+#include <array>
+#include <atomic>
+#include <charconv>
+#include <chrono>
+#include <csignal>
+#include <fmt/format.h>
+#include <optional>
+#include <spdlog/spdlog.h>
+#include <string_view>
+#include <unistd.h>
+
+namespace brdfit::cli {
+
+namespace {
+
+struct Options {
+    std::string folder, shard = "0/1";
+    int jobs = 1;
+    double max_time = 0; // seconds; 0: as long as it takes
+    bool retry_failed = false;
+};
+
+Shard parse_shard(const std::string& text) {
+    Shard shard;
+    const char* const end = text.data() + text.size();
+    const auto number = std::from_chars(text.data(), end, shard.number);
+    if (number.ec == std::errc{} && number.ptr != end && *number.ptr == '/') {
+        const auto count = std::from_chars(number.ptr + 1, end, shard.count);
+        if (count.ec == std::errc{} && count.ptr == end && shard.number < shard.count &&
+            shard.count <= most_shards)
+            return shard;
+    }
+    throw UsageError(fmt::format("--shard {}: expected I/N, I from 0 to N - 1, N at most {}", text,
+                                 most_shards));
+}
+
+// While it lives, SIGTERM and SIGINT ask for a stop after the current task; a second one does what
+// it did before. What was ignored (nohup) stays so.
+class StopSignals {
+  public:
+    explicit StopSignals(bool quiet) {
+        asked_ = false;
+        quiet_ = quiet;
+        for (std::size_t i = 0; i < caught.size(); ++i) {
+            sigaction(caught[i], nullptr, &before_[i]);
+            if (before_[i].sa_handler == SIG_IGN)
+                continue;
+            struct sigaction now {};
+            now.sa_handler = ask;
+            sigaction(caught[i], &now, nullptr);
+        }
+    }
+    ~StopSignals() { restore(); }
+    StopSignals(const StopSignals&) = delete;
+    StopSignals& operator=(const StopSignals&) = delete;
+
+    static bool asked() { return asked_; }
+
+  private:
+    static void restore() {
+        for (std::size_t i = 0; i < caught.size(); ++i)
+            sigaction(caught[i], &before_[i], nullptr);
+    }
+    static void ask(int signal) {
+        if (asked_.exchange(true)) {
+            restore();
+            std::raise(signal);
+            return;
+        }
+        constexpr std::string_view said =
+            "\nbrdfit: info: stopping after the current task; once more: at once\n";
+        if (!quiet_ && write(STDERR_FILENO, said.data(), said.size()) < 0) {
+            // then nobody reads it
+        }
+    }
+
+    static constexpr std::array caught{SIGINT, SIGTERM};
+    static inline std::array<struct sigaction, caught.size()> before_{};
+    static inline std::atomic<bool> asked_{false}, quiet_{false};
+};
+
+// "plastic.binary kurt 1", with the metric where the plan has several.
+std::string name_of(const Plan& plan, const Task& task) {
+    return fmt::format("{} {} {}{}", plan.files[task.file].path, task.structure.name(),
+                       task.structure.lobes.size(),
+                       plan.metrics.size() > 1 ? fmt::format(" {}", name_of(task.metric)) : "");
+}
+
+int run_shard(const Options& options, const Globals& globals) {
+    const auto started = std::chrono::steady_clock::now();
+    RunOptions run;
+    run.shard = parse_shard(options.shard);
+    run.jobs = options.jobs;
+    run.retry_failed = options.retry_failed;
+    const Plan plan = read_plan(options.folder);
+    const StopSignals signals(globals.quiet); // first: drivers catch signals too, and pass them on
+    const Device device = open_device(globals.device);
+    run.stop = [&] {
+        const std::chrono::duration<double> so_far = std::chrono::steady_clock::now() - started;
+        return StopSignals::asked() || (options.max_time > 0 && so_far.count() >= options.max_time);
+    };
+    std::optional<Progress> progress;
+    run.begin = [&](std::size_t tasks) { progress.emplace(tasks, globals.quiet); };
+    run.next = [&](const Task& task, std::size_t done) {
+        // The share of one task says nothing where several are at work.
+        if (options.jobs == 1)
+            return progress->step(done, name_of(plan, task));
+        progress->show(done, name_of(plan, task));
+        return ProgressFunction{};
+    };
+    std::string told; // a broken file fails every task on it
+    run.finished = [&](const Task& task, const std::string& reason) {
+        const bool is_new = !reason.empty() && reason != told;
+        if (is_new || globals.verbose)
+            progress->clear();
+        spdlog::debug("{} {} {}", reason.empty() ? "done" : "failed", task.id, name_of(plan, task));
+        if (is_new)
+            spdlog::error("{}: {}", name_of(plan, task), reason);
+        told = reason;
+    };
+    const ShardCounts counts = brdfit::run_shard(plan, options.folder, device, run);
+    progress->clear();
+    fmt::print("shard {}: {} done, {} failed, {} left\n", run.shard.name(), counts.done,
+               counts.failed, counts.left);
+    if (counts.left > 0)
+        spdlog::info("the same command goes on with what is left");
+    if (counts.failed > 0 && !options.retry_failed)
+        spdlog::info("--retry-failed tries those that failed again");
+    return counts.left == 0 && counts.failed > 0 ? 1 : 0;
+}
+
+} // namespace
+
+void add_run_shard(CLI::App& app, const Globals& globals, Action& action) {
+    CLI::App* command =
+        app.add_subcommand("run", "Make the fits of a plan, or what is left of them");
+    auto options = std::make_shared<Options>();
+    command->add_option("RUN", options->folder, "folder that brdfit plan wrote")->required();
+    command
+        ->add_option("--shard", options->shard,
+                     "I/N: of the plan in N parts the part I, from 0 to N - 1")
+        ->capture_default_str();
+    command->add_option("--jobs", options->jobs, "files fitted to at once")
+        ->check(CLI::Range(1, 256))
+        ->capture_default_str();
+    command
+        ->add_option("--max-time", options->max_time, "begin no task after so long: 90s, 45m, 3h")
+        ->transform(
+            CLI::AsNumberWithUnit(std::map<std::string, double>{{"s", 1}, {"m", 60}, {"h", 3600}}))
+        ->check(CLI::PositiveNumber);
+    command->add_flag("--retry-failed", options->retry_failed, "also tasks that failed before");
+    command->footer("Example:\n  brdfit run run --shard 0/4\n"
+                    "SIGTERM and SIGINT (Ctrl-C) stop after the current task; what is finished is "
+                    "kept.");
+    command->callback([options, &globals, &action] {
+        action = [options, &globals] { return run_shard(*options, globals); };
+    });
+}
+
+} // namespace brdfit::cli

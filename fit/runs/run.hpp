@@ -1,0 +1,40 @@
+#pragma once
+
+#include "fit/runs/log.hpp"
+#include "host/device/device.hpp"
+
+#include <functional>
+#include <string>
+
+namespace brdfit {
+
+/// How a shard is run, and what is told of it. The functions are never called by two threads at
+/// once, but `stop`, which may be.
+struct RunOptions {
+    Shard shard;
+    int jobs = 1; ///< files fitted to at once, in threads; results are the same whatever it is
+    bool retry_failed = false;
+    std::function<bool()> stop; ///< whether no further task is to be begun
+    /// Before the first task: how many are to be made.
+    std::function<void(std::size_t tasks)> begin;
+    /// A task begins; `done` of those were finished.
+    std::function<ProgressFunction(const Task&, std::size_t done)> next;
+    /// A task's row is on the disk: `reason` is why it failed, empty where it is done.
+    std::function<void(const Task&, const std::string& reason)> finished;
+};
+
+/// What a run of a shard left: its tasks by what is now known of them.
+struct ShardCounts {
+    std::size_t done = 0, failed = 0, left = 0;
+};
+ShardCounts counts_of(const Plan& plan, const Shard& shard, const RunLogs& logs);
+
+/// Fits what is left of a shard. A file is read and uploaded once for all its tasks. Each finished
+/// task is a line of the shard's log, on the disk before the next begins; a task that fails is one
+/// with its reason, and the others go on. What any log of the run has is not made again. Where
+/// nothing is left, the file done_path says so. Throws InputError where the shard is being run by
+/// another process, and where a log cannot be written; what was finished before stays.
+ShardCounts run_shard(const Plan& plan, const std::string& folder, const Device& device,
+                      const RunOptions& options);
+
+} // namespace brdfit
