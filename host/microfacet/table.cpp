@@ -97,6 +97,8 @@ double Grid::column(double azimuth) const {
 
 std::size_t folded(const Grid& grid, std::ptrdiff_t column) {
     const auto n = static_cast<std::ptrdiff_t>(grid.columns);
+    if (n == 1)
+        return 0;
     if (grid.sector == Sector::All)
         return static_cast<std::size_t>((column % n + n) % n);
     const std::ptrdiff_t period = 2 * (n - 1);
