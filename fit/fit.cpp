@@ -24,11 +24,6 @@ constexpr std::uint64_t draw_seed = 0x6a7d; // not that of --starts
 constexpr std::size_t single_lobe_drawn = 4, several_lobe_drawn = 10;
 constexpr std::size_t single_lobe_finalists = 2, several_lobe_finalists = 3;
 constexpr double highest_coupled_f0 = 0.999;
-// Where a fit that is to conserve energy looks at R first, degrees; points of an albedo while it is
-// polished; how often viewers are added.
-const std::vector<double> first_viewers{0, 40, 70, 85, 89};
-constexpr std::uint32_t limit_points = 8192;
-constexpr int most_limit_rounds = 8;
 // A random start beats the search where its error is below by more than this share.
 constexpr double better_share = 1e-3;
 // Squared errors that differ by less than this share are equal, up to rounding.
@@ -107,8 +102,12 @@ Material material_of(const Structure& structure, const std::vector<std::string>&
 FileFitter::FileFitter(const Device& device, ProgramCache& programs, const Samples& samples,
                        const FitOptions& options)
     : device_(device), programs_(programs), samples_(samples), options_(options),
-      packed_(pack_samples(device, samples, options.max_theta, options.metric)),
-      thinned_(thin_samples(device, samples, packed_, options.metric, thinned_count)) {}
+      shared_(std::make_shared<Shared>()), packed_(shared_->packed), thinned_(shared_->thinned) {
+    shared_->packed = pack_samples(device, samples, options.max_theta, options.metric);
+    shared_->thinned = thin_samples(device, samples, packed_, options.metric, thinned_count);
+    // Objectives have copies of these.
+    shared_->packed.used = shared_->thinned.used = {};
+}
 
 Objective& FileFitter::thinned_objective(const Structure& structure) {
     std::unique_ptr<Objective>& objective = thinned_objectives_[structure.key()];
@@ -228,6 +227,10 @@ std::vector<Solution> FileFitter::polished_thinned(const Structure& structure, c
     return solutions;
 }
 
+std::size_t FileFitter::finalist_count(const Structure& structure) {
+    return structure.lobes.size() <= 1 ? single_lobe_finalists : several_lobe_finalists;
+}
+
 std::vector<Solution> FileFitter::distinct(const Space& space,
                                            const std::vector<Solution>& solutions,
                                            std::size_t count) {
@@ -312,9 +315,7 @@ std::vector<Solution> FileFitter::finalists(const Structure& structure, const Sp
         return finalists;
     const std::vector<StartingPoint> starts = searched_starts(structure, space);
     const std::vector<Solution> solutions = polished_thinned(structure, space, starts);
-    const std::size_t count =
-        structure.lobes.size() <= 1 ? single_lobe_finalists : several_lobe_finalists;
-    const std::vector<Solution> best = distinct(space, solutions, count);
+    const std::vector<Solution> best = distinct(space, solutions, finalist_count(structure));
     finalists.insert(finalists.end(), best.begin(), best.end());
     return finalists;
 }
@@ -356,9 +357,10 @@ Solution FileFitter::best_polished(const Structure& structure, const Space& spac
 }
 
 const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
-    const auto known = fitted_.find(structure.key());
-    if (known != fitted_.end())
-        return known->second;
+    return shared_->fitted.get(structure.key(), [&] { return fit_freely(structure); });
+}
+
+FileFitter::Fitted FileFitter::fit_freely(const Structure& structure) {
     Fitted fit;
     fit.space = space_of(structure);
     // Seconds since the last lap, without those spent on programs.
@@ -378,113 +380,22 @@ const FileFitter::Fitted& FileFitter::fitted(const Structure& structure) {
     fit.search_seconds = lap();
     fit.solution = best_polished(structure, fit.space, starts);
     fit.polish_seconds = lap();
-    fit.evaluations = full_objective(structure).evaluations();
-    return fitted_.emplace(structure.key(), std::move(fit)).first->second;
+    const Objective& objective = full_objective(structure);
+    fit.evaluations = objective.evaluations();
+    fit.passes = objective.timed_passes();
+    fit.pass_seconds = objective.seconds();
+    return fit;
 }
 
 Objective& FileFitter::full_objective(const Structure& structure) {
-    if (!full_objective_ || full_objective_->structure().key() != structure.key()) {
+    if (full_objective_ && full_objective_->structure().key() == structure.key())
+        return *full_objective_;
+    const std::shared_ptr<const FitProgram> program =
+        programs_.get(structure, packed_.channels, packed_.chunk);
+    if (full_objective_ && !same_planes(full_objective_->structure(), structure))
         full_objective_.reset(); // its planes first: they may be a gigabyte
-        full_objective_ = std::make_unique<Objective>(
-            device_, programs_.get(structure, packed_.channels, packed_.chunk), packed_);
-    }
+    full_objective_ = std::make_unique<Objective>(device_, program, packed_, full_objective_.get());
     return *full_objective_;
-}
-
-Solution FileFitter::best_conserving(const Structure& structure, Conserving& found) {
-    const Space& space = found.fitted.space;
-    std::vector<Solution> starts{found.fitted.solution};
-    if (!options_.start) {
-        const std::vector<StartingPoint> searched = searched_starts(structure, space);
-        Objective& thinned = thinned_objective(structure);
-        thinned.limit_albedos(found.limit);
-        const std::vector<Solution> polished = polished_thinned(structure, space, searched);
-        thinned.limit_albedos(nullptr);
-        const std::vector<Solution> best =
-            distinct(space, polished,
-                     structure.lobes.size() <= 1 ? single_lobe_finalists : several_lobe_finalists);
-        starts.insert(starts.end(), best.begin(), best.end());
-        for (const Smaller& part : smaller_than(structure))
-            starts.push_back(
-                extended(structure, space, part, conserving(part.structure).fitted.solution));
-    }
-    full_objective_.reset(); // whether the above fitted something or knew it
-    Objective& objective = full_objective(structure);
-    objective.limit_albedos(found.limit);
-    Polish polish = full_polish(structure, space);
-    for (Solution& start : starts)
-        start = polish.minimised(start);
-    std::stable_sort(starts.begin(), starts.end(), better);
-    Solution best;
-    best.squared_error = std::numeric_limits<double>::infinity();
-    // More viewers make no solution better: the others are done with where one is settled below.
-    for (Solution& start : starts)
-        if (better(start, best)) {
-            Solution solution = settled(objective, found, std::move(start));
-            if (better(solution, best))
-                best = std::move(solution);
-        }
-    return best;
-}
-
-Solution FileFitter::settled(Objective& objective, Conserving& found, Solution solution) {
-    AlbedoLimit all = limit_at_every_degree(found.limit->albedos, solution.a);
-    const auto degrees = static_cast<Eigen::Index>(conserved_theta) + 1;
-    Eigen::MatrixXd components = all.at(solution.theta);
-    for (int round = 0; round < most_limit_rounds; ++round) {
-        const Eigen::MatrixXd r = material_albedos(solution.a, components);
-        std::vector<Vector> violated;
-        for (Eigen::Index ch = 0; ch < r.rows(); ++ch)
-            for (Eigen::Index first = 0; first < r.cols(); first += degrees) {
-                Eigen::Index at = 0;
-                if (r.row(ch).segment(first, degrees).maxCoeff(&at) > 1 + conserved_tolerance)
-                    violated.push_back(all.wo[static_cast<std::size_t>(first + at)]);
-            }
-        if (violated.empty())
-            break;
-        std::vector<Vector>& wo = found.limit->wo;
-        const std::size_t before = wo.size();
-        for (const Vector& w : violated)
-            if (std::find(wo.begin(), wo.end(), w) == wo.end())
-                wo.push_back(w);
-        if (wo.size() == before)
-            break; // as close as albedos that are smooth in theta can tell
-        solution = full_polish(objective.structure(), found.fitted.space).minimised(solution);
-        components = all.at(solution.theta);
-    }
-    objective.limit_albedos(std::make_shared<const AlbedoLimit>(all));
-    if (quadratic(options_.metric)) {
-        solution.squared_error = objective.projected_error(solution.theta);
-        solution.a = objective.coefficients();
-    } else {
-        solution.squared_error =
-            objective.projected_loss(options_.metric, solution.theta, solution.a);
-    }
-    objective.limit_albedos(found.limit);
-    return solution;
-}
-
-FileFitter::Conserving& FileFitter::conserving(const Structure& structure) {
-    const auto known = conserving_.find(structure.key());
-    if (known != conserving_.end())
-        return known->second;
-    Conserving found{fitted(structure),
-                     std::make_shared<AlbedoLimit>(AlbedoLimit{
-                         ComponentAlbedos(programs_, structure),
-                         viewers_at(first_viewers, structure.isotropic, 3), limit_points})};
-    const auto started = std::chrono::steady_clock::now();
-    const double building = programs_.build_seconds();
-    const Solution& free = found.fitted.solution;
-    const Eigen::MatrixXd r = material_albedos(
-        free.a, limit_at_every_degree(found.limit->albedos, free.a).at(free.theta));
-    if (r.maxCoeff() > 1 + conserved_tolerance / 2) {
-        const std::size_t thinned = thinned_objective(structure).evaluations();
-        found.fitted.solution = best_conserving(structure, found);
-        found.fitted.evaluations += full_objective(structure).evaluations();
-        found.fitted.thinned_evaluations += thinned_objective(structure).evaluations() - thinned;
-    }
-    found.fitted.polish_seconds += seconds_since(started) - (programs_.build_seconds() - building);
-    return conserving_.emplace(structure.key(), std::move(found)).first->second;
 }
 
 FitResult FileFitter::fit(const Structure& structure, const ProgressFunction& progress) {
@@ -493,7 +404,9 @@ FitResult FileFitter::fit(const Structure& structure, const ProgressFunction& pr
     Conserving* const conserved = options_.conserve ? &conserving(structure) : nullptr;
     const Fitted& fit = conserved != nullptr ? conserved->fitted : fitted(structure);
     Objective& objective = full_objective(structure);
-    const std::size_t evaluations = objective.evaluations();
+    objective.start_near(fit.solution.a); // whatever was fitted, by whichever fitter
+    const std::size_t evaluations = objective.evaluations(), passes = objective.timed_passes();
+    const double pass_seconds = objective.seconds();
     Solution solution = fit.solution;
     FitResult result;
     result.random_starts = options_.random_starts;
@@ -526,8 +439,8 @@ FitResult FileFitter::fit(const Structure& structure, const ProgressFunction& pr
     result.largest_albedo = (options_.conserve ? largest_conserved_albedo : largest_albedo)(
         albedos, samples_.channels, result.theta, solution.a);
     result.evaluations = fit.evaluations + objective.evaluations() - evaluations;
-    result.passes = objective.timed_passes();
-    result.pass_seconds = objective.seconds();
+    result.passes = fit.passes + objective.timed_passes() - passes;
+    result.pass_seconds = fit.pass_seconds + objective.seconds() - pass_seconds;
     result.thinned_evaluations = fit.thinned_evaluations;
     result.build_seconds = programs_.build_seconds() - building;
     result.search_seconds = fit.search_seconds;

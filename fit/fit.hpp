@@ -8,10 +8,13 @@
 #include "fit/search.hpp"
 #include "fit/space.hpp"
 #include "fit/uncertainty.hpp"
+#include "host/made_once.hpp"
 #include "host/measured/samples.hpp"
 #include "host/model/material.hpp"
 #include "host/progress.hpp"
 
+#include <exception>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -84,23 +87,56 @@ struct FitResult {
     }
 };
 
+/// One of several fits to a file: its result, or what it failed with.
+struct FitOutcome {
+    std::size_t index; ///< of its structure
+    std::optional<FitResult> result;
+    std::exception_ptr failure;
+};
+
+/// Fits at once that keep the device and the host busy.
+std::size_t fits_at_once(const Device& device);
+
 /// Fits structures to one file's samples. The samples must outlive it.
 class FileFitter {
   public:
     FileFitter(const Device& device, ProgramCache& programs, const Samples& samples,
                const FitOptions& options);
+    FileFitter(const FileFitter&) = delete;
+    FileFitter& operator=(const FileFitter&) = delete;
 
     /// The global optimum: search, polish, errors and standard errors. Structures that this one
     /// extends are fitted too, once, as they are among its starting points.
     FitResult fit(const Structure& structure, const ProgressFunction& progress = {});
 
+    /// Fits them all, up to `jobs` at once, each on a command queue of its own. Before each fit
+    /// calls `next` with its index, for its progress, and after it `done`, never two calls at once,
+    /// from any thread. Results are the same to the bit whatever `jobs`, but for their seconds.
+    /// What `next` or `done` throw comes out of here, after the fits under way.
+    void fit_all(const std::vector<Structure>& structures, std::size_t jobs,
+                 const std::function<ProgressFunction(std::size_t index)>& next,
+                 const std::function<void(FitOutcome)>& done);
+
   private:
     struct Fitted {
         Space space;
         Solution solution;
-        std::size_t evaluations = 0, thinned_evaluations = 0;
+        std::size_t evaluations = 0, thinned_evaluations = 0, passes = 0;
+        double pass_seconds = 0;
         double search_seconds = 0, polish_seconds = 0;
     };
+    // The best solution that conserves energy, and the limit that holds it.
+    struct Conserving {
+        Fitted fitted;
+        std::shared_ptr<AlbedoLimit> limit;
+    };
+    // What fitters of one file share, each of which works for one thread.
+    struct Shared {
+        DeviceSamples packed, thinned; // thinned: for the search
+        MadeOnce<Fitted> fitted;
+        MadeOnce<std::shared_ptr<Conserving>> conserving;
+    };
+    FileFitter(const FileFitter& other, cl::CommandQueue queue);
     // A structure without one of its lobes.
     struct Smaller {
         int missing;
@@ -112,12 +148,9 @@ class FileFitter {
     // Builds programs; finds starting points worth a polish on all samples (search, then polish
     // on the thinned samples); polishes them on all samples, and keeps the best.
     const Fitted& fitted(const Structure& structure);
-    // The best solution that conserves energy, and the limit that holds it.
-    struct Conserving {
-        Fitted fitted;
-        std::shared_ptr<AlbedoLimit> limit;
-    };
+    Fitted fit_freely(const Structure& structure);
     Conserving& conserving(const Structure& structure);
+    void make_conserving(const Structure& structure, Conserving& found);
     Solution best_conserving(const Structure& structure, Conserving& found);
     // Adds viewers with R above 1 to the limit and polishes, until there are none; then solves kd
     // and ks for every degree.
@@ -134,6 +167,7 @@ class FileFitter {
     std::vector<Solution> drawn_starts(Objective& objective, const Space& space) const;
     std::vector<Solution> polished_thinned(const Structure& structure, const Space& space,
                                            const std::vector<StartingPoint>& starts);
+    static std::size_t finalist_count(const Structure& structure);
     // The first `count` solutions; those that met in one optimum count as one.
     static std::vector<Solution>
     distinct(const Space& space, const std::vector<Solution>& solutions, std::size_t count);
@@ -144,14 +178,13 @@ class FileFitter {
     bool has_pull(const Structure& structure, const Solution& start);
     std::vector<double> start_theta(const Structure& structure, const Space& space) const;
 
-    const Device& device_;
+    const Device device_; // with a queue of its own
     ProgramCache& programs_;
     const Samples& samples_;
-    FitOptions options_;
-    DeviceSamples packed_, thinned_; // thinned_: for the search
+    const FitOptions options_;
+    const std::shared_ptr<Shared> shared_;
+    const DeviceSamples &packed_, &thinned_;
     std::map<std::string, std::unique_ptr<Objective>> thinned_objectives_;
-    std::map<std::string, Fitted> fitted_;
-    std::map<std::string, Conserving> conserving_;
     std::unique_ptr<Objective> full_objective_;
 };
 

@@ -59,8 +59,9 @@ struct FixedSums {
 /// binds, lambda its multiplier.
 class Objective {
   public:
+    /// `like`: one on the same samples whose planes (same_planes) this one shares.
     Objective(const Device& device, std::shared_ptr<const FitProgram> program,
-              const DeviceSamples& samples);
+              const DeviceSamples& samples, const Objective* like = nullptr);
 
     const StructureLayout& layout() const { return program_->layout; }
     const Structure& structure() const { return program_->structure; }
@@ -91,7 +92,7 @@ class Objective {
                           std::vector<double>* gradient = nullptr);
 
     /// Sums are taken about these kd and ks next: solutions near them lose no digits, and need no
-    /// second pass.
+    /// second pass. What was evaluated before has no influence from here on.
     void start_near(const Coefficients& a);
 
     /// From here on kd and ks are solved with the material's R at or below 1 for the limit's
@@ -135,6 +136,7 @@ class Objective {
         std::vector<ChannelLoss> channels;
         std::vector<double> by_theta;
     };
+    void prepare();
     cl::Kernel& kernel(const char* name, bool* fresh = nullptr);
     Reduced run(const char* name, const std::vector<double>& theta, const Coefficients& a,
                 std::size_t sums, int chunks, bool raw_weights, std::optional<bool> secant = {});

@@ -16,31 +16,38 @@ double seconds_since(std::chrono::steady_clock::time_point started) {
 
 } // namespace
 
+void BuildSeconds::add(double seconds) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    seconds_[std::this_thread::get_id()] += seconds;
+}
+
+double BuildSeconds::of_this_thread() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return seconds_[std::this_thread::get_id()];
+}
+
 std::shared_ptr<const FitProgram> ProgramCache::get(const Structure& structure, int channels,
                                                     int chunk) {
     const std::string key = fmt::format("{} {} {}", structure.key(), channels, chunk);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    for (const Entry& entry : entries_)
-        if (entry.key == key)
-            return entry.program;
-    const auto started = std::chrono::steady_clock::now();
-    auto program = std::make_shared<FitProgram>();
-    program->structure = structure;
-    program->layout = layout_of(structure);
-    program->program = build_program(device_, structure, channels, chunk);
-    seconds_ += seconds_since(started);
-    entries_.push_back({key, program});
-    return program;
+    return programs_.get(key, [&] {
+        const auto started = std::chrono::steady_clock::now();
+        auto program = std::make_shared<FitProgram>();
+        program->structure = structure;
+        program->layout = layout_of(structure);
+        program->program = build_program(device_, structure, channels, chunk);
+        program->build_seconds = seconds_;
+        seconds_->add(seconds_since(started));
+        return program;
+    });
 }
 
 const cl::Program& ProgramCache::gram() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!gram_) {
+    return gram_.get("", [&] {
         const auto started = std::chrono::steady_clock::now();
-        gram_ = build_gram_program(device_);
-        seconds_ += seconds_since(started);
-    }
-    return *gram_;
+        cl::Program program = build_gram_program(device_);
+        seconds_->add(seconds_since(started));
+        return program;
+    });
 }
 
 std::vector<AlbedoValue> ProgramCache::albedos(const Model* diffuse, const Model* lobe,
@@ -60,18 +67,9 @@ std::vector<AlbedoValue> ProgramCache::albedos(const Model* diffuse, const Model
         AlbedoTask coarse = tasks.front();
         coarse.relative = 1;
         known->second.integrate({coarse});
-        const std::lock_guard<std::mutex> of_seconds(mutex_);
-        seconds_ += seconds_since(started);
+        seconds_->add(seconds_since(started));
     }
     return tasks.empty() ? std::vector<AlbedoValue>{} : known->second.integrate(tasks);
-}
-
-double ProgramCache::build_seconds() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    double seconds = seconds_;
-    for (const Entry& entry : entries_)
-        seconds += 1e-9 * static_cast<double>(entry.program->first_runs);
-    return seconds;
 }
 
 } // namespace brdfit

@@ -2,27 +2,37 @@
 
 #include "host/albedo/integrator.hpp"
 #include "host/device/device.hpp"
+#include "host/made_once.hpp"
 #include "host/model/structure.hpp"
 
-#include <atomic>
-#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 namespace brdfit {
+
+/// Seconds that each thread spends on programs, first runs of kernels included: many drivers
+/// compile only then.
+class BuildSeconds {
+  public:
+    void add(double seconds);
+    double of_this_thread();
+
+  private:
+    std::mutex mutex_;
+    std::map<std::thread::id, double> seconds_;
+};
 
 /// A program for fitting one structure to files of some number of channels.
 struct FitProgram {
     Structure structure;
     StructureLayout layout;
     cl::Program program;
-    /// Nanoseconds that first runs of its kernels took: many drivers compile only then.
-    mutable std::atomic<std::int64_t> first_runs{0};
+    std::shared_ptr<BuildSeconds> build_seconds; ///< for first runs of its kernels
 };
 
 /// Builds each program once for a device. Safe to call from several threads.
@@ -36,21 +46,16 @@ class ProgramCache {
     /// go with the lobe. See AlbedoIntegrator; not for models that need a table.
     std::vector<AlbedoValue> albedos(const Model* diffuse, const Model* lobe,
                                      const std::vector<AlbedoTask>& tasks);
-    /// Seconds spent on programs so far, first runs of kernels included.
-    double build_seconds();
+    /// Seconds that this thread has spent on programs so far, first runs of kernels included.
+    double build_seconds() { return seconds_->of_this_thread(); }
 
   private:
-    struct Entry {
-        std::string key;
-        std::shared_ptr<const FitProgram> program;
-    };
     const Device& device_;
-    std::mutex mutex_;
-    std::vector<Entry> entries_;
-    std::optional<cl::Program> gram_;
+    MadeOnce<std::shared_ptr<const FitProgram>> programs_;
+    MadeOnce<cl::Program> gram_;
     std::mutex albedo_mutex_;
     std::map<std::pair<const Model*, const Model*>, AlbedoIntegrator> integrators_;
-    double seconds_ = 0; // of builds
+    std::shared_ptr<BuildSeconds> seconds_ = std::make_shared<BuildSeconds>();
 };
 
 } // namespace brdfit

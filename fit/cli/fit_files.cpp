@@ -11,6 +11,7 @@
 #include "host/measured/read.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
 #include <fmt/format.h>
 #include <functional>
@@ -64,22 +65,35 @@ void fit_file(const FitRequest& request, const Device& device, ProgramCache& pro
         failed("", 0, message_naming(file, error));
         return;
     }
-    for (const Structure& structure : structures_of(request, samples->isotropic)) {
-        const ProgressFunction step =
-            next(fmt::format("{} {} {}", stem, structure.name(), structure.lobes.size()));
+    const std::vector<Structure> structures = structures_of(request, samples->isotropic);
+    std::vector<std::optional<FitRow>> fitted(structures.size());
+    const auto done = [&](FitOutcome outcome) {
+        const Structure& structure = structures[outcome.index];
         try {
-            FitRow row{file, material_path(request, stem, structure), fitter->fit(structure, step)};
+            if (outcome.failure)
+                std::rethrow_exception(outcome.failure);
+            FitRow row{file, material_path(request, stem, structure), std::move(*outcome.result)};
             row.result.material.fit = fit_record(row.result, *samples, request.options, device);
             write_material(row.result.material, row.material_file);
             progress.clear();
             report_speed(row.result);
-            rows.done.push_back(std::move(row));
+            fitted[outcome.index] = std::move(row);
         } catch (const UsageError&) {
             throw;
         } catch (const std::exception& error) {
             failed(structure.name(), structure.lobes.size(), message_of(error));
         }
-    }
+    };
+    fitter->fit_all(
+        structures, fits_at_once(device),
+        [&](std::size_t i) {
+            return next(
+                fmt::format("{} {} {}", stem, structures[i].name(), structures[i].lobes.size()));
+        },
+        done);
+    for (std::optional<FitRow>& row : fitted)
+        if (row)
+            rows.done.push_back(std::move(*row));
 }
 
 } // namespace

@@ -63,6 +63,15 @@ StructureLayout layout_of(const Structure& structure) {
     return layout;
 }
 
+bool same_planes(const Structure& a, const Structure& b) {
+    const std::vector<PlacedModel> of_a = placed_models(a), of_b = placed_models(b);
+    return a.isotropic == b.isotropic &&
+           std::equal(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(),
+                      [](const PlacedModel& p, const PlacedModel& q) {
+                          return p.model == q.model && p.first_plane == q.first_plane;
+                      });
+}
+
 std::size_t parameter_stride(const Structure& structure) {
     return structure.has_tables()
                ? 0

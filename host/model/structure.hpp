@@ -51,5 +51,7 @@ struct PlacedModel {
 };
 /// The distinct models of a structure, in the order of their planes: diffuse first.
 std::vector<PlacedModel> placed_models(const Structure& structure);
+/// Whether the planes of two structures are the same: of the same models, in any number.
+bool same_planes(const Structure& a, const Structure& b);
 
 } // namespace brdfit
