@@ -185,7 +185,7 @@ int run(int argc, char** argv) {
         }
         return 0;
     }
-    for (const char* without : {"models", "info", "convert", "devices"})
+    for (const char* without : {"models", "info", "devices"})
         if (!globals.device.empty() && app.got_subcommand(without)) {
             spdlog::error("--device: {} runs on no device", without);
             return wrong_usage;
