@@ -44,16 +44,7 @@ struct Input {
 /// Reads an input. Throws UsageError for options that do not apply to it.
 Input read_input(const std::string& path, const Options& options, const Globals& globals) {
     Input input;
-    const MappedFile file(path);
-    const Recognised known = recognised(file);
-    const std::size_t first = file.bytes().find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-    const bool json = known.text.empty() && first != std::string_view::npos &&
-                      file.bytes()[first] == '{'; // a broken material, most likely
-    if (known.kind != FileKind::Measurement && known.kind != FileKind::Material &&
-        !known.text.empty())
-        throw InputError(
-            fmt::format("{} is {}; expected a material file or a measurement", path, known.text));
-    if (known.kind == FileKind::Material || json) {
+    if (!is_measurement(path)) {
         if (options.isotropy.choice())
             throw UsageError(fmt::format("--isotropic and --anisotropic: {} is a material; "
                                          "expected them with measured files",

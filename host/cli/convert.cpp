@@ -71,15 +71,14 @@ RglTables with_channels(RglTables tables, const RglChannels& channels) {
 int convert_to_rgl(const Options& options, const Globals& globals) {
     std::optional<Material> material;
     std::optional<MeasuredBrdf> measured;
-    if (recognised(MappedFile(options.in)).kind == FileKind::Material) {
-        if (options.isotropy.choice())
-            throw UsageError("--isotropic, --anisotropic: a material says itself what it is");
-        material = read_material_file(options.in);
+    if (is_measurement(options.in)) {
+        measured.emplace(options.in, options.isotropy.choice());
     } else {
-        reading(options.in, FileKind::Measurement, [&](const std::string& path) {
-            measured.emplace(path, options.isotropy.choice());
-            return 0;
-        });
+        if (options.isotropy.choice())
+            throw UsageError(fmt::format("--isotropic and --anisotropic: {} is a material; "
+                                         "expected them with measured files",
+                                         options.in));
+        material = read_material(options.in);
     }
     const bool isotropic = material ? material->isotropic() : measured->isotropic();
     const std::optional<RglSize> size = size_of(options, isotropic);
@@ -123,7 +122,7 @@ int convert_samples(const Options& options, const Globals& globals) {
     if (!options.size.empty() || options.spectral)
         throw UsageError("--size, --spectral: expected them with an output that ends in .bsdf");
     if (!globals.device.empty())
-        throw UsageError("--device: expected it with an output that ends in .bsdf");
+        throw UsageError("--device: only an output that ends in .bsdf is made on a device");
     Progress progress(2, globals.quiet);
     progress.show(0, options.in);
     const Samples samples = read_measurement(options.in, options.isotropy.choice());

@@ -23,10 +23,10 @@ int eval(const Options& options, const Globals& globals) {
     require_columns_ending(options.out);
     std::optional<Material> material;
     std::optional<MeasuredBrdf> measured;
-    if (recognised(MappedFile(options.file)).kind == FileKind::Measurement)
+    if (is_measurement(options.file))
         measured.emplace(options.file);
     else
-        material = read_material_file(options.file);
+        material = read_material(options.file);
     Progress progress(3, globals.quiet);
     progress.show(0, options.directions);
     const Directions directions =

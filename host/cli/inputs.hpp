@@ -39,4 +39,19 @@ inline Samples read_measurement(const std::string& path, std::optional<bool> iso
                    [&](const std::string& file) { return read_samples(file, isotropic); });
 }
 
+/// Which of the two a file is that may be a material or a measurement. Throws InputError for a file
+/// of another kind; what cannot be told is for the readers to refuse.
+inline bool is_measurement(const std::string& path) {
+    const MappedFile file(path);
+    const Recognised known = recognised(file);
+    if (known.kind != FileKind::Measurement && known.kind != FileKind::Material &&
+        !known.text.empty())
+        throw InputError(
+            fmt::format("{} is {}; expected a material file or a measurement", path, known.text));
+    const std::size_t first = file.bytes().find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+    const bool json = known.text.empty() && first != std::string_view::npos &&
+                      file.bytes()[first] == '{'; // a broken material, most likely
+    return known.kind != FileKind::Material && !json;
+}
+
 } // namespace brdfit::cli
