@@ -258,13 +258,16 @@ TEST_F(Runs, signals_stop_after_the_current_task) {
     plan({"-m", "all", "--lobes", "2"});
     for (const int signal : {SIGTERM, SIGINT}) {
         std::filesystem::remove_all(folder.path() / "run/shards");
+        // Kernels are compiled as it comes.
         const Outcome stopped =
-            run_program({"run", folder / "run", "--verbose"}, {}, signalled(log(), signal));
+            run_program({"run", folder / "run", "--verbose"},
+                        {"POCL_CACHE_DIR=" + folder / fmt::format("kernels-{}", signal)},
+                        signalled(log(), signal));
         EXPECT_EQ(stopped.status, 0) << stopped.err;
         EXPECT_NE(stopped.out.find(" left"), std::string::npos) << stopped.out;
         const ShardLog left = read_log(folder / "run", {});
         EXPECT_FALSE(left.torn);
-        EXPECT_EQ(left.rows.size(), told_done(stopped).size());
+        EXPECT_EQ(left.rows.size(), told_done(stopped).size()) << stopped.err;
         EXPECT_GE(left.rows.size(), 1U);
         EXPECT_LT(left.rows.size(), read_plan(folder / "run").tasks.size());
         EXPECT_FALSE(std::filesystem::exists(folder.path() / "run/shards/0-of-1.done"));
@@ -480,6 +483,61 @@ TEST_F(Runs, an_unfinished_run_is_merged_as_far_as_it_is) {
     EXPECT_EQ(query(folder / "run.sqlite", "SELECT count(*) FROM fits"), Names{"3"});
     EXPECT_EQ(query(folder / "run.sqlite", "SELECT value FROM settings WHERE key = 'left'"),
               Names{"6"});
+}
+
+// Under a scheduler
+
+// Stands in for Slurm: runs what is submitted at once, the elements of an array one by one.
+constexpr const char* sbatch = R"(#!/bin/sh
+echo "$*" >>"$0.log"
+case "$*" in
+*--dependency=afterany:7*) exec sh ;;
+esac
+for script; do :; done
+last=$(sed -n 's/^#SBATCH --array=0-//p' "$script")
+export SLURM_ARRAY_JOB_ID=7 SLURM_ARRAY_TASK_ID=0
+while [ "$SLURM_ARRAY_TASK_ID" -le "$last" ]; do
+    sh "$script" >&2 || exit 1
+    SLURM_ARRAY_TASK_ID=$((SLURM_ARRAY_TASK_ID + 1))
+done
+echo '7;cluster'
+)";
+
+TEST_F(Runs, the_scripts_for_slurm_make_every_shard_and_merge) {
+    const std::string run_folder = "it's a run"; // names need quotes
+    plan({"-m", "lambert,ward", "--slurm", "--shards", "3"}, run_folder);
+    const std::string bin = folder / "bin";
+    std::filesystem::create_directory(bin);
+    for (const auto& [name, text] :
+         {std::pair{"sbatch", sbatch}, {"scontrol", "#!/bin/sh\nexit 1\n"}}) {
+        write_file(bin + "/" + name, text);
+        std::filesystem::permissions(bin + "/" + name, std::filesystem::perms::owner_all);
+    }
+    const Outcome outcome = run_command({"env", "PATH=" + bin + ":/usr/bin:/bin", "sh",
+                                         folder / (run_folder + "/submit.sh"), "--partition=short"},
+                                        {std::string("BRDFIT=") + BRDFIT_PROGRAM});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("6 done, 0 failed, 0 left"), std::string::npos) << outcome.out;
+    EXPECT_EQ(query(folder / (run_folder + "/results.sqlite"), "SELECT count(*) FROM fits"),
+              Names{"6"});
+    EXPECT_EQ(names_in(folder.path() / run_folder / "shards").size(), 2U * 3);
+    EXPECT_NE(read_file(bin + "/sbatch.log").find("--partition=short"), std::string::npos);
+    plan({"-m", "lambert,ward", "--slurm"}, "small");
+    EXPECT_NE(read_file(folder / "small/shards.sbatch").find("--array=0-0\n"), std::string::npos);
+}
+
+// A shard that is stopped before its end, as before a job's limit, puts itself back into the queue.
+TEST_F(Runs, an_element_that_is_stopped_is_requeued) {
+    plan({"-m", "all", "--lobes", "2", "--slurm", "--shards", "1"});
+    write_file(folder / "scontrol", "#!/bin/sh\necho \"$*\"\n");
+    std::filesystem::permissions(folder.path() / "scontrol", std::filesystem::perms::owner_all);
+    const Outcome outcome =
+        run_command({"env", "PATH=" + folder.path().string() + ":/usr/bin:/bin",
+                     "SLURM_ARRAY_JOB_ID=9", "SLURM_ARRAY_TASK_ID=0",
+                     std::string("BRDFIT=") + BRDFIT_PROGRAM, "sh", folder / "run/shards.sbatch"},
+                    {}, signalled(log(), SIGTERM));
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find(" left\nrequeue 9_0\n"), std::string::npos) << outcome.out;
 }
 
 } // namespace

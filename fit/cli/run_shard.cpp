@@ -3,8 +3,8 @@
 #include "host/cli/command.hpp"
 #include "host/cli/progress.hpp"
 #include "host/error.hpp"
+#include "host/files/file.hpp"
 
-#include <array>
 #include <atomic>
 #include <charconv>
 #include <chrono>
@@ -12,8 +12,7 @@
 #include <fmt/format.h>
 #include <optional>
 #include <spdlog/spdlog.h>
-#include <string_view>
-#include <unistd.h>
+#include <thread>
 
 namespace brdfit::cli {
 
@@ -40,49 +39,62 @@ Shard parse_shard(const std::string& text) {
                                  most_shards));
 }
 
-// While it lives, SIGTERM and SIGINT ask for a stop after the current task; a second one does what
-// it did before. What was ignored (nohup) stays so.
+// While it lives, SIGTERM and SIGINT ask for a stop after the current task, and a second one ends
+// the program. A thread waits for them, and all others block them: a compiler in a driver has
+// handlers that remove its files when a signal comes, and then fails the task. What was ignored
+// (nohup) stays so. To be made before there are other threads.
 class StopSignals {
   public:
-    explicit StopSignals(bool quiet) {
-        asked_ = false;
-        quiet_ = quiet;
-        for (std::size_t i = 0; i < caught.size(); ++i) {
-            sigaction(caught[i], nullptr, &before_[i]);
-            if (before_[i].sa_handler == SIG_IGN)
-                continue;
-            struct sigaction now {};
-            now.sa_handler = ask;
-            sigaction(caught[i], &now, nullptr);
+    explicit StopSignals(bool quiet) : quiet_(quiet) {
+        sigset_t both;
+        sigemptyset(&both);
+        sigemptyset(&awaited_);
+        for (const int signal : {SIGINT, SIGTERM}) {
+            struct sigaction before {};
+            sigaction(signal, nullptr, &before);
+            sigaddset(&both, signal);
+            if (before.sa_handler != SIG_IGN)
+                sigaddset(&awaited_, signal);
         }
+        pthread_sigmask(SIG_BLOCK, &both, &mask_before_);
+        thread_ = std::thread([this] { wait(); });
     }
-    ~StopSignals() { restore(); }
+    ~StopSignals() {
+        ended_ = true;
+        thread_.join();
+        pthread_sigmask(SIG_SETMASK, &mask_before_, nullptr);
+    }
     StopSignals(const StopSignals&) = delete;
     StopSignals& operator=(const StopSignals&) = delete;
 
-    static bool asked() { return asked_; }
+    bool asked() const { return asked_; }
 
   private:
-    static void restore() {
-        for (std::size_t i = 0; i < caught.size(); ++i)
-            sigaction(caught[i], &before_[i], nullptr);
+    void wait() {
+        constexpr timespec between_looks{0, 50000000};
+        while (!ended_) {
+            const int signal = sigtimedwait(&awaited_, nullptr, &between_looks);
+            if (signal <= 0)
+                continue;
+            if (asked_.exchange(true))
+                end(signal);
+            if (!quiet_)
+                fmt::print(stderr, "\nbrdfit: info: stopping after the current task; once more: at "
+                                   "once\n");
+        }
     }
-    static void ask(int signal) {
-        if (asked_.exchange(true)) {
-            restore();
+    [[noreturn]] void end(int signal) const {
+        remove_open_temporaries();
+        std::signal(signal, SIG_DFL);
+        pthread_sigmask(SIG_UNBLOCK, &awaited_, nullptr);
+        for (;;)
             std::raise(signal);
-            return;
-        }
-        constexpr std::string_view said =
-            "\nbrdfit: info: stopping after the current task; once more: at once\n";
-        if (!quiet_ && write(STDERR_FILENO, said.data(), said.size()) < 0) {
-            // then nobody reads it
-        }
     }
 
-    static constexpr std::array caught{SIGINT, SIGTERM};
-    static inline std::array<struct sigaction, caught.size()> before_{};
-    static inline std::atomic<bool> asked_{false}, quiet_{false};
+    const bool quiet_;
+    sigset_t awaited_{}, mask_before_{};
+    std::atomic<bool> asked_{false}, ended_{false};
+    std::thread thread_;
 };
 
 // "plastic.binary kurt 1", with the metric where the plan has several.
@@ -99,11 +111,11 @@ int run_shard(const Options& options, const Globals& globals) {
     run.jobs = options.jobs;
     run.retry_failed = options.retry_failed;
     const Plan plan = read_plan(options.folder);
-    const StopSignals signals(globals.quiet); // first: drivers catch signals too, and pass them on
+    const StopSignals signals(globals.quiet); // before the device: drivers make threads
     const Device device = open_device(globals.device);
     run.stop = [&] {
         const std::chrono::duration<double> so_far = std::chrono::steady_clock::now() - started;
-        return StopSignals::asked() || (options.max_time > 0 && so_far.count() >= options.max_time);
+        return signals.asked() || (options.max_time > 0 && so_far.count() >= options.max_time);
     };
     std::optional<Progress> progress;
     run.begin = [&](std::size_t tasks) { progress.emplace(tasks, globals.quiet); };

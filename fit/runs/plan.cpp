@@ -245,7 +245,7 @@ Plan make_plan(const FitRequest& request, const std::vector<Metric>& metrics,
     Plan plan;
     plan.settings = request;
     plan.metrics = metrics;
-    plan.folder = std::filesystem::current_path().string();
+    plan.folder = std::filesystem::canonical(".").string();
     require_utf8(plan.folder);
     // Names do not depend on the form.
     std::vector<Structure> structures = structures_of(request, request.isotropic.value_or(true));
