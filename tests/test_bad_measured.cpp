@@ -3,6 +3,7 @@
 #include "host/error.hpp"
 #include "host/files/channels.hpp"
 #include "host/files/directions.hpp"
+#include "host/files/file.hpp"
 #include "host/files/npy.hpp"
 #include "host/measured/merl.hpp"
 #include "host/measured/read.hpp"
@@ -131,6 +132,19 @@ TEST_F(BadMeasured, a_huge_file_is_refused_without_reading_it) {
         EXPECT_LT(faults() - before, 30000) << says;
     }
     EXPECT_NE(complaint([&] { read_directions(path); }), "");
+}
+
+// Touching what is no longer there would end the process.
+TEST_F(BadMeasured, a_file_that_becomes_shorter_is_an_error) {
+    make_merl();
+    const MappedFile file(path);
+    EXPECT_NO_THROW(file.require_whole());
+    for (const std::size_t size : {merl_size - 1, std::size_t{5000}, std::size_t{0}}) {
+        std::filesystem::resize_file(path, size);
+        for (std::size_t at = 0; at < merl_size; at += 1000003)
+            EXPECT_TRUE(file.bytes()[at] == 0 || at < 12);
+        expects(complaint([&] { file.require_whole(); }), "became shorter than 34992012 bytes");
+    }
 }
 
 TEST_F(BadMeasured, merl_header_must_have_its_dimensions) {

@@ -19,6 +19,7 @@ MeasuredBrdf::MeasuredBrdf(const std::string& path, std::optional<bool> isotropi
     if (rgl::recognise(file.bytes())) {
         method_ = Method::Warp;
         tables_ = rgl::read_tables(file);
+        file.require_whole();
     } else if (samples_.directions == merl::bin_directions()) {
         method_ = Method::Merl;
     } else if (utia::recognise(file.bytes())) {

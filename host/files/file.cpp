@@ -6,6 +6,8 @@
 
 #include <atomic>
 #include <cerrno>
+#include <csignal>
+#include <cstdint>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
@@ -55,33 +57,104 @@ void remove_open_temporaries() {
             unlink(open_paths[i]);
 }
 
+namespace {
+
+// Files now mapped, where the handler of SIGBUS can find them: that is what touching a page brings
+// which another process has cut off.
+constexpr int most_mapped = 256;
+struct Mapping {
+    std::atomic<int> state; // 0 free, 1 being filled, 2 in use
+    std::atomic<std::uintptr_t> begin, end;
+    int file; // open as long as it is mapped
+} mapped[most_mapped];
+struct sigaction before_bus_error;
+
+/// Puts a page of zeros where a mapped file has none any more; any other error takes its course.
+void on_bus_error(int, siginfo_t* info, void*) {
+    const auto at = reinterpret_cast<std::uintptr_t>(info->si_addr);
+    const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+    for (const auto& file : mapped)
+        if (info->si_code > 0 && file.state.load() == 2 && at >= file.begin.load() &&
+            at < file.end.load() &&
+            mmap(reinterpret_cast<void*>(at / page * page), page, PROT_READ,
+                 MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0) != MAP_FAILED)
+            return;
+    sigaction(SIGBUS, &before_bus_error, nullptr);
+    if (info->si_code <= 0)
+        raise(SIGBUS); // sent by a process: it does not come again by itself
+}
+
+/// Keeps the open file; whether there is room for it.
+bool enter_mapping(const void* data, std::size_t size, int file) {
+    static std::once_flag installed;
+    std::call_once(installed, [] {
+        struct sigaction action {};
+        action.sa_sigaction = on_bus_error;
+        action.sa_flags = SA_SIGINFO | SA_RESTART;
+        sigaction(SIGBUS, &action, &before_bus_error);
+    });
+    for (Mapping& mapping : mapped) {
+        int free = 0;
+        if (mapping.state.compare_exchange_strong(free, 1)) {
+            mapping.begin = reinterpret_cast<std::uintptr_t>(data);
+            mapping.end = reinterpret_cast<std::uintptr_t>(data) + size;
+            mapping.file = file;
+            mapping.state.store(2);
+            return true;
+        }
+    }
+    return false;
+}
+
+Mapping* mapping_of(const void* data) {
+    for (Mapping& mapping : mapped)
+        if (mapping.state.load() == 2 &&
+            mapping.begin.load() == reinterpret_cast<std::uintptr_t>(data))
+            return &mapping;
+    return nullptr;
+}
+
+} // namespace
+
 MappedFile::MappedFile(const std::string& path) : path_(path) {
     const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0)
         throw InputError(fmt::format("{}: cannot open: {}", path, std::strerror(errno)));
+    const auto fail = [&](const std::string& message) {
+        close(file);
+        throw InputError(fmt::format("{}: {}", path, message));
+    };
     struct stat status {};
-    if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {
-        const bool folder = S_ISDIR(status.st_mode);
-        close(file);
-        throw InputError(fmt::format("{}: is {}; expected a regular file", path,
-                                     folder ? "a directory" : "not a regular file"));
-    }
+    if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode))
+        fail(fmt::format("is {}; expected a regular file",
+                         S_ISDIR(status.st_mode) ? "a directory" : "not a regular file"));
     size_ = static_cast<std::size_t>(status.st_size);
-    if (size_ == 0) {
-        close(file);
-        throw InputError(fmt::format("{}: the file is empty; expected data", path));
-    }
+    if (size_ == 0)
+        fail("the file is empty; expected data");
     void* data = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file, 0);
-    const int error = errno;
-    close(file);
     if (data == MAP_FAILED)
-        throw InputError(fmt::format("{}: cannot read: {}", path, std::strerror(error)));
+        fail(fmt::format("cannot read: {}", std::strerror(errno)));
     data_ = static_cast<const char*>(data);
+    if (!enter_mapping(data, size_, file))
+        close(file);
 }
 
 MappedFile::~MappedFile() {
-    if (data_ != nullptr)
-        munmap(const_cast<char*>(data_), size_);
+    if (Mapping* const mapping = mapping_of(data_)) {
+        close(mapping->file);
+        mapping->state.store(0);
+    }
+    munmap(const_cast<char*>(data_), size_);
+}
+
+void MappedFile::require_whole() const {
+    const Mapping* const mapping = mapping_of(data_);
+    struct stat status {};
+    if (mapping != nullptr &&
+        (fstat(mapping->file, &status) != 0 || static_cast<std::size_t>(status.st_size) < size_))
+        throw InputError(fmt::format("{}: became shorter than {} bytes while it was read; expected "
+                                     "no other process to write it",
+                                     path_, size_));
 }
 
 namespace {

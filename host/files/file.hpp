@@ -20,6 +20,9 @@ class MappedFile {
 
     std::string_view bytes() const { return {data_, size_}; }
     const std::string& path() const { return path_; }
+    /// Throws InputError where another process has made the file shorter since it was opened; what
+    /// it cut off reads as zeros. For readers, when they are done.
+    void require_whole() const;
 
   private:
     std::string path_;

@@ -114,9 +114,16 @@ Samples read_samples(const std::string& path, std::optional<bool> isotropic) {
         throw InputError(fmt::format("{}: unknown format; known: {}", path, known_formats));
     }
     Digest digest(file.bytes());
-    Samples samples = format->read(file, isotropic);
+    Samples samples;
+    try {
+        samples = format->read(file, isotropic);
+    } catch (const InputError&) {
+        file.require_whole(); // the zeros at its end are not what is wrong
+        throw;
+    }
     samples.source = path;
     samples.sha256 = digest.get();
+    file.require_whole();
     return samples;
 }
 
