@@ -323,7 +323,7 @@ std::vector<Solution> FileFitter::finalists(const Structure& structure, const Sp
 // Where the default algorithm leads, the Levenberg-Marquardt method gets there sooner: NLopt starts
 // at the best of its results.
 Solution FileFitter::best_of(Polish& polish, const std::vector<Solution>& starts) const {
-    const bool descends = options_.algorithm == MinimiseOptions{}.algorithm;
+    const bool descends = options_.algorithm == MinimiseOptions{}.algorithm && polish.can_descend();
     Solution best;
     best.squared_error = std::numeric_limits<double>::infinity();
     for (const Solution& start : starts) {

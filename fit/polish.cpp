@@ -20,7 +20,7 @@ Polish::Polish(Objective& objective, const Space& space, Metric metric, Minimise
     : objective_(objective), space_(space), metric_(metric), options_(std::move(options)) {}
 
 Solution Polish::descended(const Solution& start, double goal) {
-    if (!quadratic(metric_) || objective_.is_limited())
+    if (!can_descend())
         return minimised(start);
     if (start.a.size() > 0)
         objective_.start_near(start.a);

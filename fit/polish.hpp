@@ -26,8 +26,10 @@ class Polish {
   public:
     Polish(Objective& objective, const Space& space, Metric metric, MinimiseOptions options);
 
-    /// By the Levenberg-Marquardt method where there is a curvature for it, which metrics that are
-    /// not quadratic and errors under a limit on R do not have; by NLopt otherwise. May give up
+    /// Whether there is a curvature to descend by: metrics that are not quadratic and errors under
+    /// a limit on R have none.
+    bool can_descend() const { return quadratic(metric_) && !objective_.is_limited(); }
+    /// By the Levenberg-Marquardt method, or by NLopt where there is no curvature. May give up
     /// where it will not get below the squared error `goal`.
     Solution descended(const Solution& start,
                        double goal = std::numeric_limits<double>::infinity());
