@@ -526,6 +526,22 @@ TEST_F(Runs, the_scripts_for_slurm_make_every_shard_and_merge) {
     EXPECT_NE(read_file(folder / "small/shards.sbatch").find("--array=0-0\n"), std::string::npos);
 }
 
+TEST_F(Runs, the_snakefile_plans_makes_every_shard_and_merges) {
+    if (run_command({"sh", "-c", "command -v snakemake"}).status != 0)
+        GTEST_SKIP() << "needs snakemake in PATH";
+    write_file(folder / "c.csv", "broken");
+    const Outcome outcome = run_command(
+        {"snakemake", "-s", std::string(BRDFIT_SOURCES) + "/fit/runs/Snakefile", "--cores", "2",
+         "--directory", folder.path().string(), "--config", "run=run", "shards=2", "threads=1",
+         std::string("brdfit=") + BRDFIT_PROGRAM,
+         fmt::format("files={} {} {}", folder / "a.csv", folder / "b.csv", folder / "c.csv"),
+         "fit=-m lambert,ward"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(query(folder / "run/results.sqlite",
+                    "SELECT state, count(*) FROM fits GROUP BY state ORDER BY state"),
+              (Names{"done|4", "failed|2"}));
+}
+
 // A shard that is stopped before its end, as before a job's limit, puts itself back into the queue.
 TEST_F(Runs, an_element_that_is_stopped_is_requeued) {
     plan({"-m", "all", "--lobes", "2", "--slurm", "--shards", "1"});

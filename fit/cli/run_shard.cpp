@@ -76,11 +76,12 @@ class StopSignals {
             const int signal = sigtimedwait(&awaited_, nullptr, &between_looks);
             if (signal <= 0)
                 continue;
-            if (asked_.exchange(true))
+            const bool again = asked_.exchange(true);
+            if (again && signal == SIGINT)
                 end(signal);
-            if (!quiet_)
-                fmt::print(stderr, "\nbrdfit: info: stopping after the current task; once more: at "
-                                   "once\n");
+            if (!again && !quiet_)
+                fmt::print(stderr, "\nbrdfit: info: stopping after the current task{}\n",
+                           signal == SIGINT ? "; Ctrl-C once more: at once" : "");
         }
     }
     [[noreturn]] void end(int signal) const {
