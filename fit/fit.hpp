@@ -112,10 +112,12 @@ class FileFitter {
     /// Fits them all, up to `jobs` at once, each on a command queue of its own. Before each fit
     /// calls `next` with its index, for its progress, and after it `done`, never two calls at once,
     /// from any thread. Results are the same to the bit whatever `jobs`, but for their seconds.
-    /// What `next` or `done` throw comes out of here, after the fits under way.
+    /// What `next` or `done` throw comes out of here, after the fits under way. Begins no more fits
+    /// where `stop`, which any thread may ask at any time, says so.
     void fit_all(const std::vector<Structure>& structures, std::size_t jobs,
                  const std::function<ProgressFunction(std::size_t index)>& next,
-                 const std::function<void(FitOutcome)>& done);
+                 const std::function<void(FitOutcome)>& done,
+                 const std::function<bool()>& stop = {});
 
   private:
     struct Fitted {

@@ -33,7 +33,8 @@ FileFitter::FileFitter(const FileFitter& other, cl::CommandQueue queue)
 // more lobes wait for those of fewer.
 void FileFitter::fit_all(const std::vector<Structure>& structures, std::size_t jobs,
                          const std::function<ProgressFunction(std::size_t index)>& next,
-                         const std::function<void(FitOutcome)>& done) {
+                         const std::function<void(FitOutcome)>& done,
+                         const std::function<bool()>& stop) {
     std::vector<std::vector<std::size_t>> groups;
     for (std::size_t i = 0; i < structures.size(); ++i) {
         const auto known = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
@@ -66,7 +67,7 @@ void FileFitter::fit_all(const std::vector<Structure>& structures, std::size_t j
     const auto work = [&](FileFitter& fitter) {
         for (std::size_t g = next_group++; g < groups.size(); g = next_group++)
             for (const std::size_t i : groups[g]) {
-                if (failed)
+                if (failed || (stop && stop()))
                     return;
                 fit_one(fitter, i);
             }

@@ -207,6 +207,7 @@ TEST_F(Runs, a_result_does_not_depend_on_what_was_fitted_before) {
         run_shard(planned, folder / "whole", device(), {});
         std::size_t made = 0;
         RunOptions one; // task at a time, with nothing known of the others
+        one.fits_at_once = 1;
         one.finished = [&](const Task&, const std::string&) { ++made; };
         one.stop = [&] { return made > 0; };
         for (std::size_t i = 0; i < planned.tasks.size(); ++i, made = 0)

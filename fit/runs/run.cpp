@@ -109,35 +109,64 @@ class Runner {
         } catch (const std::exception& error) {
             unreadable = message_of(error);
         }
-        std::optional<FileFitter> fitter; // of one metric
-        std::optional<Metric> metric;
-        for (const Task* task : tasks) {
-            if (stopping())
-                return;
-            const ProgressFunction progress = begin(*task);
-            if (!unreadable.empty()) {
-                record_failure(*task, unreadable);
-                continue;
-            }
-            std::optional<Json> row;
-            std::string reason;
-            try {
-                if (!fitter || metric != task->metric) {
-                    fitter.reset(); // its buffers first
-                    fitter.emplace(device, programs_, *samples, plan_.options_of(*task));
-                    metric = task->metric;
-                }
-                Structure structure = task->structure;
-                structure.isotropic = samples->isotropic;
-                row = row_of(*task, fitter->fit(structure, progress), *samples);
-            } catch (const std::exception& error) {
-                reason = message_of(error);
-            }
-            if (row)
-                record(*task, *row, "");
-            else
-                record_failure(*task, reason);
+        for (std::size_t first = 0; first < tasks.size();) {
+            const Metric metric = tasks[first]->metric;
+            const auto end =
+                std::find_if(tasks.begin() + static_cast<std::ptrdiff_t>(first), tasks.end(),
+                             [&](const Task* task) { return task->metric != metric; });
+            const FileTasks of_metric(tasks.begin() + static_cast<std::ptrdiff_t>(first), end);
+            first += of_metric.size();
+            const std::string problem =
+                unreadable.empty() ? fit_tasks(device, of_metric, *samples) : unreadable;
+            if (!problem.empty())
+                for (const Task* task : of_metric)
+                    if (!stopping())
+                        fail(*task, problem);
         }
+    }
+
+    // Fits the tasks of one metric, several at once. Returns what hinders all of them, or nothing.
+    std::string fit_tasks(const Device& device, const FileTasks& tasks, const Samples& samples) {
+        std::optional<FileFitter> fitter;
+        std::vector<Structure> structures;
+        for (const Task* task : tasks) {
+            structures.push_back(task->structure);
+            structures.back().isotropic = samples.isotropic;
+        }
+        try {
+            fitter.emplace(device, programs_, samples, plan_.options_of(*tasks.front()));
+        } catch (const std::exception& error) {
+            return message_of(error);
+        }
+        const auto at_once = static_cast<std::size_t>(options_.fits_at_once);
+        const auto jobs = static_cast<std::size_t>(std::max(options_.jobs, 1));
+        fitter->fit_all(
+            structures,
+            at_once > 0 ? at_once : std::max<std::size_t>(fits_at_once(device) / jobs, 1),
+            [&](std::size_t i) { return begin(*tasks[i]); },
+            [&](FitOutcome outcome) {
+                const Task& task = *tasks[outcome.index];
+                std::optional<Json> row;
+                std::string reason;
+                try {
+                    if (outcome.failure)
+                        std::rethrow_exception(outcome.failure);
+                    row = row_of(task, std::move(*outcome.result), samples);
+                } catch (const std::exception& error) {
+                    reason = message_of(error);
+                }
+                if (row)
+                    record(task, *row, "");
+                else
+                    record_failure(task, reason);
+            },
+            [&] { return stopping(); });
+        return "";
+    }
+
+    void fail(const Task& task, const std::string& reason) {
+        begin(task);
+        record_failure(task, reason);
     }
 
     ProgressFunction begin(const Task& task) {

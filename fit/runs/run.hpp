@@ -12,7 +12,9 @@ namespace brdfit {
 /// once, but `stop`, which may be.
 struct RunOptions {
     Shard shard;
-    int jobs = 1; ///< files fitted to at once, in threads; results are the same whatever it is
+    // In threads; results are the same whatever they are.
+    int jobs = 1;         ///< files fitted to at once
+    int fits_at_once = 0; ///< to one file; 0: as many as keep the device busy
     bool retry_failed = false;
     std::function<bool()> stop; ///< whether no further task is to be begun
     /// Before the first task: how many are to be made.

@@ -9,6 +9,7 @@
 #include <array>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <fmt/format.h>
 #include <memory>
@@ -66,6 +67,12 @@ extern "C" void explain_and_die(int signal) {
     clean_up_and_die(signal);
 }
 
+// A file that is read may become shorter; its reader says so.
+extern "C" void mend_or_die(int signal, siginfo_t* info, void*) {
+    if (info->si_code <= 0 || !replace_cut_page(info->si_addr))
+        explain_and_die(signal);
+}
+
 // Until the command ends, a signal that ends the program first removes its temporary files. What
 // was ignored (nohup) stays so, and so do others' handlers of crashes (a sanitizer's). The ignored
 // is blocked as well: a driver's compiler (LLVM) sets handlers of its own while it builds, by
@@ -88,6 +95,10 @@ class Signals {
                 continue;
             struct sigaction now {};
             now.sa_handler = crash ? explain_and_die : clean_up_and_die;
+            if (caught[i] == SIGBUS) {
+                now.sa_sigaction = mend_or_die;
+                now.sa_flags = SA_SIGINFO;
+            }
             sigaction(caught[i], &now, nullptr);
         }
         pthread_sigmask(SIG_BLOCK, &ignored, &mask_before_); // threads to come inherit it
@@ -143,6 +154,9 @@ std::string unknown_command(const CLI::App& app) {
 } // namespace
 
 int run(int argc, char** argv) {
+    // An empty one is as none; PoCL would abort.
+    if (const char* const folder = std::getenv("POCL_CACHE_DIR"); folder != nullptr && *folder == 0)
+        unsetenv("POCL_CACHE_DIR");
     const Signals signals;
     const Messages messages;
 

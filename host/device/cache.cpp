@@ -9,7 +9,7 @@
 namespace brdfit {
 
 PoclCache pocl_cache() {
-    if (const char* const folder = std::getenv("POCL_CACHE_DIR"); folder != nullptr && *folder != 0)
+    if (const char* const folder = std::getenv("POCL_CACHE_DIR"))
         return {folder, "POCL_CACHE_DIR"};
     if (const char* const folder = std::getenv("XDG_CACHE_HOME"); folder != nullptr && *folder != 0)
         return {fmt::format("{}/pocl/kcache", folder), "XDG_CACHE_HOME"};
@@ -20,14 +20,16 @@ PoclCache pocl_cache() {
 
 std::string pocl_cache_problem() {
     const auto [folder, variable] = pocl_cache();
-    std::string problem;
-    try {
-        make_output_folder(folder);
-        OutputFile probe(folder + "/brdfit");
-        probe.write(std::string(std::size_t{1} << 16, '\0')); // full disks refuse it
-        return "";
-    } catch (const InputError& error) {
-        problem = error.what();
+    std::string problem = "it is no folder";
+    if (!folder.empty()) {
+        try {
+            make_output_folder(folder);
+            OutputFile probe(folder + "/brdfit");
+            probe.write(std::string(std::size_t{1} << 16, '\0')); // full disks refuse it
+            return "";
+        } catch (const InputError& error) {
+            problem = error.what();
+        }
     }
     return fmt::format("the OpenCL driver PoCL cannot keep kernels in '{}'{}: {}; set "
                        "POCL_CACHE_DIR to a folder it can write to",

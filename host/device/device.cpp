@@ -76,7 +76,8 @@ std::string find_devices(const cl::Platform& platform, std::vector<cl::Device>& 
     std::string name, problem;
     try {
         name = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
-        platform.getDevices(CL_DEVICE_TYPE_ALL, &handles);
+        if (!is_pocl(name) || !pocl_cache().folder.empty()) // PoCL would abort
+            platform.getDevices(CL_DEVICE_TYPE_ALL, &handles);
     } catch (const cl::Error& error) {
         if (error.err() != CL_DEVICE_NOT_FOUND)
             problem = fmt::format("{}: {}", name, message_of(error));
@@ -123,9 +124,6 @@ Form shipped_form(const Device& device) {
 }
 
 std::vector<Device> list_devices() {
-    // An empty one is as none; PoCL would abort, which the loader may ask for devices on its own.
-    if (const char* const folder = std::getenv("POCL_CACHE_DIR"); folder != nullptr && *folder == 0)
-        unsetenv("POCL_CACHE_DIR");
     std::vector<Device> devices;
     std::vector<cl::Platform> platforms;
     try {

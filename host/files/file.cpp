@@ -6,7 +6,6 @@
 
 #include <atomic>
 #include <cerrno>
-#include <csignal>
 #include <cstdint>
 #include <cstring>
 #include <fcntl.h>
@@ -59,40 +58,16 @@ void remove_open_temporaries() {
 
 namespace {
 
-// Files now mapped, where the handler of SIGBUS can find them: that is what touching a page brings
-// which another process has cut off.
+// Files now mapped, where a handler of SIGBUS can find them.
 constexpr int most_mapped = 256;
 struct Mapping {
     std::atomic<int> state; // 0 free, 1 being filled, 2 in use
     std::atomic<std::uintptr_t> begin, end;
     int file; // open as long as it is mapped
 } mapped[most_mapped];
-struct sigaction before_bus_error;
-
-/// Puts a page of zeros where a mapped file has none any more; any other error takes its course.
-void on_bus_error(int, siginfo_t* info, void*) {
-    const auto at = reinterpret_cast<std::uintptr_t>(info->si_addr);
-    const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
-    for (const auto& file : mapped)
-        if (info->si_code > 0 && file.state.load() == 2 && at >= file.begin.load() &&
-            at < file.end.load() &&
-            mmap(reinterpret_cast<void*>(at / page * page), page, PROT_READ,
-                 MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0) != MAP_FAILED)
-            return;
-    sigaction(SIGBUS, &before_bus_error, nullptr);
-    if (info->si_code <= 0)
-        raise(SIGBUS); // sent by a process: it does not come again by itself
-}
 
 /// Keeps the open file; whether there is room for it.
 bool enter_mapping(const void* data, std::size_t size, int file) {
-    static std::once_flag installed;
-    std::call_once(installed, [] {
-        struct sigaction action {};
-        action.sa_sigaction = on_bus_error;
-        action.sa_flags = SA_SIGINFO | SA_RESTART;
-        sigaction(SIGBUS, &action, &before_bus_error);
-    });
     for (Mapping& mapping : mapped) {
         int free = 0;
         if (mapping.state.compare_exchange_strong(free, 1)) {
@@ -115,6 +90,16 @@ Mapping* mapping_of(const void* data) {
 }
 
 } // namespace
+
+bool replace_cut_page(const void* address) {
+    const auto at = reinterpret_cast<std::uintptr_t>(address);
+    const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+    for (const Mapping& file : mapped)
+        if (file.state.load() == 2 && at >= file.begin.load() && at < file.end.load())
+            return mmap(reinterpret_cast<void*>(at / page * page), page, PROT_READ,
+                        MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0) != MAP_FAILED;
+    return false;
+}
 
 MappedFile::MappedFile(const std::string& path) : path_(path) {
     const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);

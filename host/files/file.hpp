@@ -20,8 +20,9 @@ class MappedFile {
 
     std::string_view bytes() const { return {data_, size_}; }
     const std::string& path() const { return path_; }
-    /// Throws InputError where another process has made the file shorter since it was opened; what
-    /// it cut off reads as zeros. For readers, when they are done.
+    /// Throws InputError where another process has made the file shorter since it was opened; where
+    /// replace_cut_page() handles that, what it cut off reads as zeros. For readers, when they are
+    /// done.
     void require_whole() const;
 
   private:
@@ -29,6 +30,10 @@ class MappedFile {
     const char* data_ = nullptr;
     std::size_t size_ = 0;
 };
+
+/// For a program's handler of SIGBUS, which touching a page brings that another process has cut off
+/// a mapped file: puts a page of zeros at the address. False where no MappedFile is there.
+bool replace_cut_page(const void* address);
 
 /// A file that appears under its name only when it is whole: bytes go to a temporary file beside
 /// it, commit() renames. Without commit() nothing stays behind.
