@@ -125,7 +125,7 @@ void OutputFile::write(const void* data, std::size_t bytes) {
         fail("write", errno);
 }
 
-void OutputFile::commit() {
+void OutputFile::commit(Replaced said) {
     std::FILE* const file = file_;
     file_ = nullptr;
     const bool flushed = std::fflush(file) == 0;
@@ -138,7 +138,7 @@ void OutputFile::commit() {
     const bool there = access(path_.c_str(), F_OK) == 0;
     if (std::rename(temporary_.c_str(), path_.c_str()) != 0)
         fail("rename the finished file", errno);
-    if (there) {
+    if (there && said == Replaced::Said) {
         const std::lock_guard<std::mutex> lock(replaced_mutex);
         replaced.push_back(path_);
     }

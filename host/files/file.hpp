@@ -27,6 +27,9 @@ class MappedFile {
     std::size_t size_ = 0;
 };
 
+/// Whether a file that OutputFile replaces is among take_replaced_files().
+enum class Replaced { Said, Unsaid };
+
 /// A file that appears under its name only when it is whole: bytes go to a temporary file beside
 /// it, commit() renames. Without commit() nothing stays behind.
 /// Devices and pipes (/dev/stdout) are written to directly.
@@ -40,7 +43,7 @@ class OutputFile {
 
     void write(const void* data, std::size_t bytes);
     void write(std::string_view text) { write(text.data(), text.size()); }
-    void commit();
+    void commit(Replaced said = Replaced::Said);
 
   private:
     [[noreturn]] void fail(const char* action, int error);
@@ -53,7 +56,7 @@ class OutputFile {
 /// about to die, async-signal-safe.
 void remove_open_temporaries();
 
-/// The existing files that commit() has replaced since the last call, in order.
+/// The existing files that commit(Replaced::Said) has replaced since the last call, in order.
 std::vector<std::string> take_replaced_files();
 
 /// Creates a folder and its parents. Throws InputError when it cannot be made or written to.
