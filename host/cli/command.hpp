@@ -37,6 +37,7 @@ void add_table(CLI::App& app, const Globals& globals, Action& action);
 void add_bench(CLI::App& app, const Globals& globals, Action& action);
 /// Below bench.
 void add_bench_sampling(CLI::App& bench, const Globals& globals, Action& action);
+void add_bench_portability(CLI::App& bench, const Globals& globals, Action& action);
 void add_bench_compare(CLI::App& bench, const Globals& globals, Action& action);
 void add_tune(CLI::App& app, const Globals& globals, Action& action);
 
