@@ -44,6 +44,16 @@ configure() {
     cmake -S . -B "$folder" $generator "$@"
 }
 
+# Two more OpenCL drivers for CPUs, for the tests that tests/driver.sh chooses: Mesa's rusticl, which stays off
+# where RUSTICL_ENABLE does not name it, and Intel's in build/intel-opencl, which only that script looks for.
+install_drivers() {
+    (install_packages mesa-opencl-icd) || echo "Mesa's rusticl cannot be installed: no tests on it"
+    [ -z "$(find build/intel-opencl -name libintelocl.so 2>/dev/null)" ] || return 0
+    (install_packages python3-venv) && python3 -m venv build/intel-opencl &&
+        build/intel-opencl/bin/pip install -q intel-opencl-rt intel-cmplr-lib-rt ||
+        echo "Intel's CPU runtime cannot be installed: no tests on it"
+}
+
 build() {
     configure build "$@"
     cmake --build build -j "$(nproc)"
@@ -69,6 +79,7 @@ demo)
 test)
     install_packages $needed $needed_by_tests
     build -DBUILD_TESTING=ON -DBRDFIT_BENCH=ON
+    install_drivers
     ctest --test-dir build --output-on-failure --no-tests=error -j "$(nproc)"
     ;;
 check)
