@@ -3,6 +3,7 @@
 #   sh setup.sh demo   synthesises three measured materials and fits all models to them, in demo/
 #   sh setup.sh test   builds and runs the tests
 #   sh setup.sh check  whether the code is formatted and clang takes it too
+#   sh setup.sh drivers  installs two more OpenCL drivers for CPUs, which tests then run on too
 #   sh setup.sh package  makes a Debian package, in build-package/
 set -eu
 cd "$(dirname "$0")"
@@ -16,7 +17,7 @@ needed_by_checks="clang clang-format"
 needed_by_package="dpkg-dev file"
 
 usage() {
-    sed -n '2,6s/^# \{0,1\}//p' "$0" >&2
+    sed -n '2,7s/^# \{0,1\}//p' "$0" >&2
     exit 2
 }
 
@@ -42,6 +43,16 @@ configure() {
     generator="-G Ninja"
     [ ! -e "$folder/CMakeCache.txt" ] || generator=""
     cmake -S . -B "$folder" $generator "$@"
+}
+
+# Two more OpenCL drivers for CPUs, for the tests that tests/driver.sh chooses: Mesa's rusticl, which stays off
+# where RUSTICL_ENABLE does not name it, and Intel's in build/intel-opencl, which only that script looks for.
+install_drivers() {
+    (install_packages mesa-opencl-icd) || echo "Mesa's rusticl cannot be installed: no tests on it"
+    [ -z "$(find build/intel-opencl -name libintelocl.so 2>/dev/null)" ] || return 0
+    (install_packages python3-venv) && python3 -m venv build/intel-opencl &&
+        build/intel-opencl/bin/pip install -q --retries 1 --timeout 20 intel-opencl-rt intel-cmplr-lib-rt ||
+        echo "Intel's CPU runtime cannot be installed: no tests on it"
 }
 
 build() {
@@ -70,6 +81,9 @@ test)
     install_packages $needed $needed_by_tests
     build -DBUILD_TESTING=ON -DBRDFIT_BENCH=ON
     ctest --test-dir build --output-on-failure --no-tests=error -j "$(nproc)"
+    ;;
+drivers)
+    install_drivers
     ;;
 check)
     install_packages $needed $needed_by_checks

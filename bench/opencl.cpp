@@ -4,6 +4,7 @@
 #include "fit/objective.hpp"
 #include "fit/programs.hpp"
 #include "host/device/buffer.hpp"
+#include "host/device/cache.hpp"
 #include "host/device/kernels.hpp"
 #include "host/evaluate/sample.hpp"
 #include "kernels/passes/peaks.h"
@@ -291,8 +292,16 @@ Peaks measure_peaks(const Device& device, std::size_t most_bytes) {
     return peaks;
 }
 
-bool can_run_on_one_thread(const Device& device) {
-    return device.cpu && device.platform == "Portable Computing Language";
+std::vector<std::pair<std::string, std::string>> one_thread_environment(const Device& device) {
+    if (!device.cpu)
+        return {};
+    if (has_sub_devices(device))
+        return {{"BRDFIT_UNITS", "1"}};
+    if (is_pocl(device.platform))
+        return {{"POCL_MAX_PTHREAD_COUNT", "1"}};
+    if (device.name.rfind("llvmpipe", 0) == 0)
+        return {{"LP_NUM_THREADS", "1"}};
+    return {};
 }
 
 } // namespace brdfit::bench

@@ -3,6 +3,8 @@
 #include "bench/problem.hpp"
 #include "bench/work.hpp"
 
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace brdfit::bench {
@@ -17,8 +19,8 @@ std::vector<Task> device_tasks(const Device& device, const Problem& problem,
 /// its caches hold.
 Peaks measure_peaks(const Device& device, std::size_t most_bytes);
 
-/// Whether a device's threads can be limited to one: PoCL's, for a process, by the environment
-/// variable POCL_MAX_PTHREAD_COUNT.
-bool can_run_on_one_thread(const Device& device);
+/// The environment in which a process runs a CPU device on one thread: by a sub-device, where the
+/// driver has these, otherwise by a variable of its own; empty where there is no way.
+std::vector<std::pair<std::string, std::string>> one_thread_environment(const Device& device);
 
 } // namespace brdfit::bench

@@ -2,6 +2,7 @@
 
 #include "bench/albedo.hpp"
 #include "bench/native_tasks.hpp"
+#include "bench/opencl.hpp"
 #include "bench/whole.hpp"
 #include "host/device/kernels.hpp"
 #include "host/device/tuning.hpp"
@@ -78,6 +79,9 @@ void print_device(const Report& report, const Device& device) {
                 peaks.reading.back().bytes_per_second / 1e9, peaks.reading.back().bytes / 1e6,
                 peaks.reading.front().bytes_per_second / 1e9, peaks.reading.front().bytes / 1e6,
                 peaks.exp_per_second / 1e9, peaks.log_per_second / 1e9);
+    if (device.cpu && one_thread_environment(device).empty())
+        fmt::print(
+            "1 thread: not measured, the driver has neither sub-devices nor a known variable\n");
     for (const Work& work : works) {
         const std::vector<std::string> models = models_of(results, work.name);
         if (models.empty())
@@ -130,7 +134,7 @@ void print_device(const Report& report, const Device& device) {
     for (const CompileTime& time : report.compile)
         if (time.device == device.name)
             fmt::print("\nkernels that a fit of {} needs: {:.2f} s to build, {:.3f} s from the "
-                       "driver's cache",
+                       "cache",
                        time.model, time.cold.median, time.warm.median);
     fmt::print("\n");
 }

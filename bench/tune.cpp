@@ -26,7 +26,7 @@ std::vector<Form> forms_for(const Device& device) {
         if (is_possible(form, device) && !(form == forms.front()))
             forms.push_back(form);
     };
-    if (device.cpu) {
+    if (device.vectors) {
         for (const int width : {16, 8, 4})
             for (const int block : {1024, 2048, 4096})
                 for (const int candidates : {1, 2, 4})

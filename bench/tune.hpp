@@ -9,8 +9,8 @@
 
 namespace brdfit::bench {
 
-/// The forms worth trying on a device, the shipped one first: for a CPU every vector width from 4,
-/// for a GPU every local size from 64, each with several block sizes and candidates a pass.
+/// The forms worth trying on a device, the shipped one first: where it runs vectors every width
+/// from 4, otherwise every local size from 64, each with several block sizes and candidates a pass.
 std::vector<Form> forms_for(const Device& device);
 
 /// What a form makes of the works that depend on it most.

@@ -123,9 +123,9 @@ std::vector<Result> measure_fit(const Device& device, const Samples& data) {
                                      "expected less than {:.0e}",
                                      device.name, baseline, off, fit_tolerance));
     results.back().difference = off;
-    if (can_run_on_one_thread(device) && all > 1) {
+    if (const auto variables = one_thread_environment(device); !variables.empty() && all > 1) {
         const OnOneProcessor limited;
-        timed(1, {{"POCL_MAX_PTHREAD_COUNT", "1"}});
+        timed(1, variables);
         results.back().difference = off;
     }
     return results;
@@ -153,7 +153,10 @@ CompileTime measure_compile(const Device& device) {
     const auto seconds = [&] {
         const std::string text =
             run_again({"--device", std::to_string(device.index), "bench", "--child", "compile"},
-                      {{"POCL_CACHE_DIR", folder / "cache"}, {"CUDA_CACHE_PATH", folder / "cuda"}});
+                      {{"BRDFIT_CACHE", folder / "brdfit"},
+                       {"POCL_CACHE_DIR", folder / "cache"},
+                       {"MESA_SHADER_CACHE_DIR", folder / "mesa"},
+                       {"CUDA_CACHE_PATH", folder / "cuda"}});
         return std::stod(text);
     };
     CompileTime time{device.name, "kurt", timing_of({seconds()}), {}};

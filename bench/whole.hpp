@@ -17,7 +17,7 @@ inline constexpr double fitted_bins = 90 * 90 * 180; ///< of a MERL file
 std::vector<Result> measure_fit(const Device& device, const Samples& data);
 
 /// How long the kernels of a `kurt` fit take to build, in processes of their own with an empty and
-/// then a filled folder for the driver's cache.
+/// then filled folders for our cache and the driver's.
 CompileTime measure_compile(const Device& device);
 /// The part of measure_compile in such a process: seconds from building to results of each kernel.
 double build_and_run_kernels(const Device& device);

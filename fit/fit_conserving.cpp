@@ -23,12 +23,14 @@ Solution FileFitter::best_conserving(const Structure& structure, Conserving& fou
     const Space& space = found.fitted.space;
     std::vector<Solution> starts{found.fitted.solution};
     if (!options_.start) {
-        const std::vector<StartingPoint> searched = searched_starts(structure, space);
         Objective& thinned = thinned_objective(structure);
+        const std::size_t before = thinned.evaluations();
+        const std::vector<StartingPoint> searched = searched_starts(structure, space);
         thinned.start_near(found.fitted.solution.a); // whichever fitter has fitted it freely
         thinned.limit_albedos(found.limit);
         const std::vector<Solution> polished = polished_thinned(structure, space, searched);
         thinned.limit_albedos(nullptr);
+        found.fitted.thinned_evaluations += thinned.evaluations() - before;
         const std::vector<Solution> best = distinct(space, polished, finalist_count(structure));
         starts.insert(starts.end(), best.begin(), best.end());
         for (const Smaller& part : smaller_than(structure))
@@ -36,6 +38,7 @@ Solution FileFitter::best_conserving(const Structure& structure, Conserving& fou
                 extended(structure, space, part, conserving(part.structure).fitted.solution));
     }
     Objective& objective = full_objective(structure);
+    const std::size_t before = objective.evaluations();
     objective.start_near(found.fitted.solution.a);
     objective.limit_albedos(found.limit);
     Polish polish = full_polish(structure, space);
@@ -51,6 +54,7 @@ Solution FileFitter::best_conserving(const Structure& structure, Conserving& fou
             if (better(solution, best))
                 best = std::move(solution);
         }
+    found.fitted.evaluations += objective.evaluations() - before;
     return best;
 }
 
@@ -109,13 +113,8 @@ void FileFitter::make_conserving(const Structure& structure, Conserving& found) 
     const Solution& free = found.fitted.solution;
     const Eigen::MatrixXd r = material_albedos(
         free.a, limit_at_every_degree(found.limit->albedos, free.a).at(free.theta));
-    if (r.maxCoeff() > 1 + conserved_tolerance / 2) {
-        const std::size_t thinned = thinned_objective(structure).evaluations();
-        const std::size_t full = full_objective(structure).evaluations();
+    if (r.maxCoeff() > 1 + conserved_tolerance / 2)
         found.fitted.solution = best_conserving(structure, found);
-        found.fitted.evaluations += full_objective(structure).evaluations() - full;
-        found.fitted.thinned_evaluations += thinned_objective(structure).evaluations() - thinned;
-    }
     const auto taken = std::chrono::steady_clock::now() - started;
     found.fitted.polish_seconds +=
         std::chrono::duration<double>(taken).count() - (programs_.build_seconds() - building);

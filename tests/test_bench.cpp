@@ -2,6 +2,7 @@
 #include "bench/native/scalar.hpp"
 #include "bench/native_tasks.hpp"
 #include "bench/opencl.hpp"
+#include "bench/portability.hpp"
 #include "bench/report.hpp"
 #include "host/device/kernels.hpp"
 #include "host/embedded.hpp"
@@ -78,7 +79,7 @@ TEST(Bench, writes_every_row_and_where_it_was_measured) {
                 continue; // it has no shapes
             EXPECT_EQ(rows.count({bench::baseline, work.name, model, 1}), 1) << work.name;
             EXPECT_EQ(rows.count({device.name, work.name, model, all}), 1) << work.name;
-            if (bench::can_run_on_one_thread(device)) {
+            if (!bench::one_thread_environment(device).empty()) {
                 EXPECT_EQ(rows.count({device.name, work.name, model, 1}), 1) << work.name;
             }
         }
@@ -98,6 +99,52 @@ TEST(Bench, writes_every_row_and_where_it_was_measured) {
     EXPECT_EQ(run_program({"bench", "-m", "kurt", "compare", path, path}).status, 2);
     EXPECT_EQ(same.status, 0) << same.err;
     EXPECT_NE(same.out.find("0 slower, 0 faster"), std::string::npos) << same.out;
+}
+
+TEST(Bench, tells_how_well_devices_agree_with_float64) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "portability.json";
+    const std::vector<std::string> arguments{"bench",     "portability", "-m",     "kurt,lambert",
+                                             "--samples", "3000",        "--json", path};
+    const Outcome outcome = run_program(arguments);
+    ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+    const auto json = nlohmann::json::parse(read_file(path));
+    ASSERT_EQ(json.at("devices").size(), list_devices().size());
+    std::set<std::string> kernels;
+    for (const auto& row : json["devices"][0].at("differences")) {
+        EXPECT_LT(row.at("difference"), row.at("tolerance"));
+        kernels.insert(row.at("kernel").get<std::string>());
+    }
+    for (const char* kernel : {"values", "error", "sums", "error-gradient", "search", "sample"}) {
+        EXPECT_EQ(kernels.count(kernel), 1) << kernel;
+        EXPECT_NE(outcome.out.find(std::string("largest difference, ") + kernel),
+                  std::string::npos);
+    }
+    EXPECT_EQ(run_program({"bench", "compare", path, path}).status, 0);
+
+    // A wrong kernel is named, and no success.
+    const ChangedKernels changed("models/kurt.cl", "g * minus_log_iz_oz",
+                                 "1.001f * g * minus_log_iz_oz");
+    const Outcome wrong = run_program({"bench", "portability", "-m", "kurt", "--samples", "3000"});
+    EXPECT_EQ(wrong.status, 1);
+    EXPECT_NE(wrong.out.find("kurt, WRONG"), std::string::npos) << wrong.out;
+}
+
+TEST(Bench, compares_the_albedos_of_devices) {
+    std::vector<bench::Portability> devices(2);
+    devices[0].albedos = {{"kurt", 0.5}};
+    devices[1].albedos = {{"kurt", 0.5005}};
+    bench::compare_albedos(devices);
+    EXPECT_TRUE(devices[0].agreements.empty());
+    ASSERT_EQ(devices[1].agreements.size(), 1U);
+    EXPECT_NEAR(devices[1].agreements[0].difference, 1e-3, 1e-9);
+    EXPECT_TRUE(devices[1].agreements[0].wrong());
+    devices[0].failure = "crashed";
+    const std::string table = bench::portability_table(devices);
+    EXPECT_NE(table.find("| largest difference, albedo | - | 1.0e-03 kurt, WRONG |"),
+              std::string::npos)
+        << table;
+    EXPECT_NE(table.find("crashed"), std::string::npos) << table;
 }
 
 TEST(Bench, gives_no_number_for_a_wrong_answer) {

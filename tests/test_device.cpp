@@ -1,5 +1,6 @@
 // Choosing a device, and what the program says where there is none or where kernels do not build.
 
+#include "host/device/device.hpp"
 #include "host/device/errors.hpp"
 #include "host/error.hpp"
 #include "host/model/structure.hpp"
@@ -41,19 +42,43 @@ TEST(OpenDevice, chooses_by_index_name_part_of_the_name_or_default) {
     EXPECT_EQ(open_device().index, static_cast<int>(default_device(devices)));
     for (const Device& device : devices) {
         EXPECT_EQ(open_device(std::to_string(device.index)).index, device.index);
-        const auto same_name = [&](const std::string& wish) {
+        const auto alike = [&](const std::string& wish) {
             return std::count_if(devices.begin(), devices.end(), [&](const Device& d) {
-                return upper_case(d.name).find(upper_case(wish)) != std::string::npos;
+                for (const std::string& of : {d.name, d.platform, d.vendor})
+                    if (upper_case(of).find(upper_case(wish)) != std::string::npos)
+                        return true;
+                return false;
             });
         };
-        for (const std::string& wish :
-             {device.name, upper_case(device.name), device.name.substr(1)})
-            if (same_name(wish) == 1) {
+        for (const std::string& wish : {device.name, upper_case(device.name), device.name.substr(1),
+                                        device.platform, upper_case(device.vendor)})
+            if (alike(wish) == 1) {
                 EXPECT_EQ(open_device(wish).index, device.index) << wish;
             } else {
                 EXPECT_THROW(open_device(wish), UsageError) << wish;
             }
     }
+}
+
+TEST(OpenDevice, matches_parts_of_name_platform_and_vendor) {
+    std::vector<Device> devices(3);
+    devices[0].name = "Xeon";
+    devices[0].platform = "Intel(R) OpenCL";
+    devices[1].name = "pthread-Intel(R) Xeon";
+    devices[1].platform = "Portable Computing Language";
+    devices[2].name = "llvmpipe";
+    devices[2].vendor = "Mesa/X.org";
+    using Matches = std::vector<std::size_t>;
+    for (const auto& [wish, matches] :
+         std::vector<std::pair<std::string, Matches>>{{"0", {0}},
+                                                      {"2", {2}},
+                                                      {"3", {}},
+                                                      {"intel", {0, 1}},
+                                                      {"INTEL(R) OPENCL", {0}},
+                                                      {"portable", {1}},
+                                                      {"mesa", {2}},
+                                                      {"nvidia", {}}})
+        EXPECT_EQ(matching_devices(devices, wish), matches) << wish;
 }
 
 TEST(OpenDevice, names_the_devices_where_none_matches) {
@@ -108,6 +133,43 @@ TEST_F(Program, takes_the_device_by_index_and_by_a_part_of_its_name) {
     EXPECT_EQ(list[0]["name"], device.name);
     const bool only_one = list_devices().size() == 1;
     EXPECT_EQ(eval({"--device", upper_case(device.name.substr(0, 5))}).status, only_one ? 0 : 2);
+}
+
+TEST_F(Program, says_of_each_device_what_was_chosen_and_why) {
+    const Outcome outcome = run_program({"devices", "-v"});
+    EXPECT_EQ(outcome.status, 0);
+    for (const char* text : {"form: ", "built kernels: kept by ", "fewer threads: "})
+        EXPECT_NE(outcome.out.find(text), std::string::npos) << text << outcome.out;
+    EXPECT_EQ(run_program({"devices"}).out.find("form: "), std::string::npos);
+    const auto listed = nlohmann::json::parse(
+        run_program({"devices", "-v", "--json"}, {"BRDFIT_FORM=1,1,1024"}).out);
+    for (const auto& device : listed) {
+        EXPECT_EQ(device.at("form").at("block"), 1024);
+        EXPECT_EQ(device.at("form_reason"), "BRDFIT_FORM asks for it");
+    }
+}
+
+TEST_F(Program, uses_as_many_compute_units_as_asked_for) {
+    const Device& device = test::device();
+    if (!has_sub_devices(device))
+        GTEST_SKIP() << device.name << " cannot be split into sub-devices";
+    {
+        const test::Variable one("BRDFIT_UNITS", "1");
+        const Device part = open_device(std::to_string(device.index));
+        EXPECT_EQ(part.compute_units, 1U);
+        EXPECT_EQ(part.handle.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>(), 1U);
+        EXPECT_EQ(part.name, device.name);
+    }
+    const std::string more = std::to_string(device.compute_units + 1);
+    for (const std::string units : {"0", "-1", "x", "1x", "1.5", more.c_str()}) {
+        const Outcome outcome = eval({}, {"BRDFIT_UNITS=" + units});
+        EXPECT_EQ(outcome.status, 2) << units;
+        EXPECT_NE(outcome.err.find("BRDFIT_UNITS=" + units), std::string::npos) << outcome.err;
+    }
+    const Outcome all = eval({}), one = eval({}, {"BRDFIT_UNITS=1"});
+    EXPECT_EQ(all.status, 0);
+    EXPECT_EQ(one.status, 0) << one.err;
+    EXPECT_EQ(eval({}, {"BRDFIT_UNITS="}).status, 0);
 }
 
 TEST_F(Program, ends_with_2_where_no_device_matches) {

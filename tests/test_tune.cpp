@@ -1,6 +1,7 @@
 // brdfit tune: what it keeps, and when that is used.
 
 #include "host/device/kernels.hpp"
+#include "host/device/probe.hpp"
 #include "host/device/tuning.hpp"
 #include "host/model/structure.hpp"
 #include "tests/support/support.hpp"
@@ -61,6 +62,34 @@ TEST_F(Tune, a_kept_form_is_used_until_something_changes) {
     }
     const Variable form("BRDFIT_FORM", "8,1,1024");
     EXPECT_EQ(open_device("0").form.vector_width, 8);
+}
+
+TEST_F(Tune, a_form_is_kept_with_the_reason_for_it) {
+    EXPECT_NE(open_device("0").form_reason, "");
+    store_tuned_form(untuned_, other_);
+    EXPECT_EQ(open_device("0").form_reason, "brdfit tune found it");
+    store_tuned_form(untuned_, other_, "a probe");
+    EXPECT_EQ(open_device("0").form_reason, "a probe");
+    change("reason", 1); // not what we write
+    EXPECT_EQ(open_device("0").form_reason, "brdfit tune found it");
+}
+
+// Where the driver is asked what it does, the answer is kept, and right whatever the device claims.
+TEST_F(Tune, a_cpu_that_is_not_known_is_asked_once) {
+    Device asked = open_device("0");
+    asked.cpu = true;
+    asked.platform = "another";
+    choose_shipped_form(asked);
+    EXPECT_NE(asked.form_reason.find("G exp/s"), std::string::npos) << asked.form_reason;
+    EXPECT_EQ(asked.form, shipped_form(asked));
+    const std::optional<TunedForm> kept = tuned_form(asked);
+    ASSERT_TRUE(kept);
+    EXPECT_EQ(kept->form, asked.form);
+    EXPECT_EQ(kept->reason, asked.form_reason);
+    asked.max_allocation = 0; // nothing runs there
+    choose_shipped_form(asked);
+    EXPECT_EQ(asked.form.vector_width, 1);
+    EXPECT_NE(asked.form_reason.find("the probe failed: "), std::string::npos);
 }
 
 TEST_F(Tune, forms_that_cannot_run_and_broken_files_are_ignored) {

@@ -24,6 +24,8 @@ struct Options {
     std::string child; // which part this process is, "" for the whole
 };
 
+constexpr const char* one_thread_child = "one-thread"; // the baselines and the device on one
+
 using bench::Problem;
 using bench::Task;
 
@@ -49,9 +51,9 @@ void measure_tasks(const Options& options, const std::vector<Task>& tasks,
 // What needs an environment of its own: the device on one thread, and with it, under the same
 // conditions, the baselines.
 int bench_as_child(const Device& device, const Options& options) {
+    const bool one_thread = options.child == one_thread_child;
     const Samples data = bench::data_of(device, options.samples);
     const std::vector<bench::ScalarSample> samples = bench::scalar_samples(data);
-    const bool one_thread = bench::can_run_on_one_thread(device);
     bench::Measured measured;
     std::vector<bench::Result>& results = measured.results;
     for (const Problem& problem : bench::problems(options.models)) {
@@ -74,17 +76,22 @@ int bench_as_child(const Device& device, const Options& options) {
 }
 
 bench::Measured measure_in_child(const Device& device, const Options& options) {
-    std::vector<std::string> arguments = {
-        "--device",  std::to_string(device.index),   "bench", "--child", "tasks",
-        "--samples", std::to_string(options.samples)};
+    auto variables = bench::one_thread_environment(device);
+    std::vector<std::string> arguments = {"--device",
+                                          std::to_string(device.index),
+                                          "bench",
+                                          "--child",
+                                          variables.empty() ? "baselines" : one_thread_child,
+                                          "--samples",
+                                          std::to_string(options.samples)};
     for (const std::string& model : options.models)
         arguments.insert(arguments.end(), {"-m", model});
     for (const std::string& work : options.works)
         arguments.insert(arguments.end(), {"--work", work});
     // OpenMP's threads must sleep while they wait: spinning, they keep a busy machine's cores from
     // the thread waited for, and the baseline would look several times slower than it is.
-    const std::string text = bench::run_again(
-        arguments, {{"POCL_MAX_PTHREAD_COUNT", "1"}, {"OMP_WAIT_POLICY", "passive"}});
+    variables.emplace_back("OMP_WAIT_POLICY", "passive");
+    const std::string text = bench::run_again(arguments, variables);
     try {
         return bench::measured_from_message(nlohmann::ordered_json::parse(text));
     } catch (const nlohmann::json::exception& error) {
@@ -107,7 +114,8 @@ void measure_device(const Device& device, const Options& options, const Globals&
     report.samples = data.valid_count();
     const int threads = static_cast<int>(device.compute_units);
     bench::Measured& measured = report.measured;
-    if (!bench::can_run_on_one_thread(device) || threads > 1) {
+    const bool one_thread = !bench::one_thread_environment(device).empty();
+    if (!one_thread || threads > 1) {
         for (const Problem& problem : problems) {
             progress.show(done++, problem.name());
             measure_tasks(options, bench::device_tasks(device, problem, data), device.name, threads,
@@ -117,7 +125,7 @@ void measure_device(const Device& device, const Options& options, const Globals&
     }
     progress.show(problems.size(), "baselines and one thread");
     // The baselines are the same whatever the device.
-    if (report.devices.size() == 1 || bench::can_run_on_one_thread(device)) {
+    if (report.devices.size() == 1 || one_thread) {
         bench::Measured part = measure_in_child(device, options);
         if (report.devices.size() > 1)
             part.results.erase(
@@ -193,6 +201,7 @@ void add_bench(CLI::App& app, const Globals& globals, Action& action) {
     command->footer("--device all measures every device.\n"
                     "Example:\n  brdfit bench --device all --json bench.json");
     add_bench_sampling(*command, globals, action);
+    add_bench_portability(*command, globals, action);
     add_bench_compare(*command, globals, action);
     command->callback([command, options, &globals, &action] {
         if (command->get_subcommands().empty()) {

@@ -9,7 +9,8 @@ namespace brdfit::cli {
 
 /// Options every sub-command has.
 struct Globals {
-    std::string device; ///< --device: index or part of a name; empty: the default
+    std::string
+        device; ///< --device: index or part of a name, platform's or vendor's; empty: the default
     bool quiet = false;
     bool verbose = false;
 };
@@ -20,6 +21,7 @@ using Action = std::function<int()>;
 /// Each adds its sub-command to `app` and, when it is chosen, sets `action`. One file each.
 using AddCommand = void (*)(CLI::App& app, const Globals& globals, Action& action);
 void add_devices(CLI::App& app, const Globals& globals, Action& action);
+void add_cache(CLI::App& app, const Globals& globals, Action& action);
 void add_models(CLI::App& app, const Globals& globals, Action& action);
 void add_info(CLI::App& app, const Globals& globals, Action& action);
 void add_synth(CLI::App& app, const Globals& globals, Action& action);
@@ -39,6 +41,7 @@ void add_merge(CLI::App& app, const Globals& globals, Action& action);
 void add_bench(CLI::App& app, const Globals& globals, Action& action);
 /// Below bench.
 void add_bench_sampling(CLI::App& bench, const Globals& globals, Action& action);
+void add_bench_portability(CLI::App& bench, const Globals& globals, Action& action);
 void add_bench_compare(CLI::App& bench, const Globals& globals, Action& action);
 void add_tune(CLI::App& app, const Globals& globals, Action& action);
 

@@ -27,7 +27,7 @@ namespace {
 constexpr AddCommand commands[] = {
     add_devices, add_models, add_info,      add_synth,  add_convert, add_fit,
     add_eval,    add_pdf,    add_sample,    add_albedo, add_table,   add_generate,
-    add_demo,    add_plan,   add_run_shard, add_status, add_merge,
+    add_demo,    add_plan,   add_run_shard, add_status, add_merge,   add_cache,
 #ifdef BRDFIT_BENCH
     add_bench,   add_tune,
 #endif
@@ -170,7 +170,8 @@ int run(int argc, char** argv) {
 #ifndef BRDFIT_BENCH
     app.footer("This build has no bench and tune; cmake -DBRDFIT_BENCH=ON adds them.");
 #endif
-    app.add_option("--device", globals.device, "OpenCL device: its index or a part of its name");
+    app.add_option("--device", globals.device,
+                   "OpenCL device: its index, or a part of its name, platform or vendor");
     auto* quiet = app.add_flag("-q,--quiet", globals.quiet, "only errors and results");
     app.add_flag("-v,--verbose", globals.verbose, "say what is done and how fast")->excludes(quiet);
     for (AddCommand add : commands)
@@ -209,7 +210,7 @@ int run(int argc, char** argv) {
         }
         return 0;
     }
-    for (const char* without : {"models", "info", "plan", "status", "merge"})
+    for (const char* without : {"models", "info", "plan", "status", "merge", "cache"})
         if (!globals.device.empty() && app.got_subcommand(without)) {
             spdlog::error("--device: {} runs on no device", without);
             return wrong_usage;

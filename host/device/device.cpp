@@ -2,6 +2,7 @@
 
 #include "host/device/cache.hpp"
 #include "host/device/errors.hpp"
+#include "host/device/probe.hpp"
 #include "host/device/tuning.hpp"
 #include "host/error.hpp"
 
@@ -11,7 +12,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <numeric>
+#include <optional>
 #include <spdlog/spdlog.h>
+#include <thread>
 
 namespace brdfit {
 
@@ -30,9 +34,9 @@ std::string lower_case(std::string text) {
     return text;
 }
 
-// What the environment variable BRDFIT_FORM says, or nullptr.
-const char* wished_form() {
-    const char* const text = std::getenv("BRDFIT_FORM");
+// What an environment variable says, or nullptr where it is not set or empty.
+const char* wished(const char* variable) {
+    const char* const text = std::getenv(variable);
     return text != nullptr && *text != 0 ? text : nullptr;
 }
 
@@ -61,6 +65,10 @@ Device describe(int index, const cl::Platform& platform, const cl::Device& handl
     device.driver = trimmed(handle.getInfo<CL_DRIVER_VERSION>());
     device.cpu = (handle.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU) != 0;
     device.compute_units = handle.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+    const unsigned processors = std::thread::hardware_concurrency();
+    if (device.cpu && processors > 0)
+        device.compute_units = std::min(device.compute_units, processors);
+    device.vectors = device.cpu;
     device.max_group = handle.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
     device.local_memory = static_cast<std::size_t>(handle.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
     device.global_memory = static_cast<std::size_t>(handle.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>());
@@ -88,32 +96,66 @@ std::string find_devices(const cl::Platform& platform, std::vector<cl::Device>& 
     return problem;
 }
 
-Device opened(Device device) {
-    if (const char* const text = wished_form())
+// Leaves of a device as many compute units as BRDFIT_UNITS asks for.
+void split(Device& device, const char* text) {
+    unsigned units = 0;
+    char rest = 0;
+    if (!has_sub_devices(device) || std::sscanf(text, "%u%c", &units, &rest) != 1 || units < 1 ||
+        units > device.compute_units)
+        throw UsageError(fmt::format(
+            "BRDFIT_UNITS={}: {}", text,
+            has_sub_devices(device)
+                ? fmt::format("expected a number from 1 to {}, the compute units of {}",
+                              device.compute_units, device.name)
+                : fmt::format("the driver cannot split {} into sub-devices", device.name)));
+    const cl_device_partition_property counts[] = {CL_DEVICE_PARTITION_BY_COUNTS, units,
+                                                   CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
+    std::vector<cl::Device> parts;
+    device.handle.createSubDevices(counts, &parts);
+    device.handle = parts.at(0);
+    device.compute_units = units;
+}
+
+// The form of an opened device and the reason for it.
+void choose_form(Device& device) {
+    if (const char* const text = wished("BRDFIT_FORM")) {
         device.form = parse_form(text, device);
-    else
-        device.form = tuned_form(device).value_or(device.form);
+        device.form_reason = "BRDFIT_FORM asks for it";
+    } else if (const std::optional<TunedForm> tuned = tuned_form(device)) {
+        device.form = tuned->form;
+        device.vectors = tuned->form.vector_width > 1;
+        device.form_reason = tuned->reason;
+    } else {
+        choose_shipped_form(device);
+    }
+}
+
+Device opened(Device device) {
     try {
+        if (const char* const units = wished("BRDFIT_UNITS"))
+            split(device, units);
         device.context = cl::Context(device.handle);
         device.queue = cl::CommandQueue(device.context, device.handle);
     } catch (const cl::Error& error) {
-        throw InputError(fmt::format("device {} ({}): {} failed with OpenCL error {}", device.index,
-                                     device.name, error.what(), error.err()));
+        throw InputError(
+            fmt::format("device {} ({}): {}", device.index, device.name, message_of(error)));
     }
+    choose_form(device);
     return device;
 }
 
-std::string listing(const std::vector<Device>& devices) {
+std::string listing(const std::vector<Device>& devices, const std::vector<std::size_t>& which) {
     std::string text;
-    for (const Device& device : devices)
-        text += fmt::format("{}{} {}", text.empty() ? "" : "; ", device.index, device.name);
+    for (const std::size_t i : which)
+        text += fmt::format("{}{} {} ({}, {})", text.empty() ? "" : "; ", devices[i].index,
+                            devices[i].name, devices[i].platform, devices[i].vendor);
     return text;
 }
 
 } // namespace
 
 Form shipped_form(const Device& device) {
-    if (device.cpu)
+    if (device.vectors)
         return {16, 1, 2048, 4};
     // The largest power of 2 up to 128 that a group and its local memory can hold.
     int local = 128;
@@ -152,31 +194,55 @@ std::size_t default_device(const std::vector<Device>& devices) {
     return gpu == devices.end() ? 0 : static_cast<std::size_t>(gpu - devices.begin());
 }
 
+std::vector<std::size_t> matching_devices(const std::vector<Device>& devices,
+                                          const std::string& wish) {
+    std::vector<std::size_t> matches;
+    std::size_t index = 0;
+    const char* const end = wish.data() + wish.size();
+    const auto number = std::from_chars(wish.data(), end, index);
+    if (number.ec == std::errc() && number.ptr == end) {
+        if (index < devices.size())
+            matches.push_back(index);
+        return matches;
+    }
+    const std::string part = lower_case(wish);
+    for (std::size_t i = 0; i < devices.size(); ++i)
+        for (const std::string* of : {&devices[i].name, &devices[i].platform, &devices[i].vendor})
+            if (lower_case(*of).find(part) != std::string::npos) {
+                matches.push_back(i);
+                break;
+            }
+    return matches;
+}
+
+bool has_sub_devices(const Device& device) {
+    try {
+        const auto ways = device.handle.getInfo<CL_DEVICE_PARTITION_PROPERTIES>();
+        return std::find(ways.begin(), ways.end(), CL_DEVICE_PARTITION_BY_COUNTS) != ways.end();
+    } catch (const cl::Error&) {
+        return false; // a driver older than the standard
+    }
+}
+
 Device open_device(const std::string& wish) {
-    std::vector<Device> devices = list_devices();
+    const std::vector<Device> devices = list_devices();
     if (devices.empty())
         throw InputError("no OpenCL device found; install a driver, for the CPU the Debian package "
                          "pocl-opencl-icd");
-    std::size_t chosen = default_device(devices);
-    if (!wish.empty()) {
-        std::size_t index = 0;
-        const char* const end = wish.data() + wish.size();
-        const auto number = std::from_chars(wish.data(), end, index);
-        std::vector<std::size_t> matches;
-        if (number.ec == std::errc() && number.ptr == end) {
-            if (index < devices.size())
-                matches.push_back(index);
-        } else {
-            for (std::size_t i = 0; i < devices.size(); ++i)
-                if (lower_case(devices[i].name).find(lower_case(wish)) != std::string::npos)
-                    matches.push_back(i);
-        }
-        if (matches.size() != 1)
-            throw UsageError(fmt::format("--device '{}' matches {} devices; known: {}", wish,
-                                         matches.empty() ? "no" : "several", listing(devices)));
-        chosen = matches.front();
+    if (wish.empty())
+        return opened(devices[default_device(devices)]);
+    const std::vector<std::size_t> matches = matching_devices(devices, wish);
+    if (matches.size() > 1)
+        throw UsageError(fmt::format("--device '{}' matches several devices: {}; choose one by its "
+                                     "index",
+                                     wish, listing(devices, matches)));
+    if (matches.empty()) {
+        std::vector<std::size_t> all(devices.size());
+        std::iota(all.begin(), all.end(), std::size_t{0});
+        throw UsageError(fmt::format("--device '{}' matches no devices; known: {}", wish,
+                                     listing(devices, all)));
     }
-    return opened(devices[chosen]);
+    return opened(devices[matches.front()]);
 }
 
 std::vector<Device> open_devices(const std::string& wish) {

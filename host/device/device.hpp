@@ -30,15 +30,17 @@ struct Device {
     int index = 0; ///< in list_devices()
     std::string name, platform, vendor, version, driver;
     bool cpu = false;
-    unsigned compute_units = 0;
+    bool vectors = false;       ///< whether it is to run CPU forms
+    unsigned compute_units = 0; ///< of a CPU at most its processors, however many it claims
     std::size_t max_group = 0, local_memory = 0, global_memory = 0, max_allocation = 0;
     Form form{};
+    std::string form_reason; ///< why this form, for people; empty until it is opened
     cl::Device handle;
     cl::Context context;
     cl::CommandQueue queue;
 };
 
-/// The form a device has where nothing else is asked for: one for CPUs, one for GPUs.
+/// The form a device has where nothing else is asked for: one for `vectors`, one for scalars.
 Form shipped_form(const Device& device);
 
 /// Every OpenCL device, without context and queue, in its shipped form. Empty where there is none.
@@ -46,12 +48,20 @@ Form shipped_form(const Device& device);
 std::vector<Device> list_devices();
 /// Index of the default in `devices`: the first GPU, otherwise the first device.
 std::size_t default_device(const std::vector<Device>& devices);
-/// The device chosen by `wish`: an index, a part of its name (any case), or empty for the default;
-/// with context, queue and the form that BRDFIT_FORM asks for or, where that is not set or empty,
-/// `brdfit tune` found for it. Throws InputError, naming the package to install, where there is no
-/// device at all, UsageError listing the devices where none or several match, and where BRDFIT_FORM
-/// is none for the device.
+/// Those of `devices` that a wish names: by index, or by a part of the name, the platform's or the
+/// vendor's, in any case.
+std::vector<std::size_t> matching_devices(const std::vector<Device>& devices,
+                                          const std::string& wish);
+/// The device that `wish` names, or for an empty one the default; with context and queue. Its form
+/// is what BRDFIT_FORM asks for or, where that is not set or empty, what `brdfit tune` found for
+/// it, otherwise the shipped one: of vectors for a CPU whose driver makes good code of them (see
+/// probe.hpp), of scalars for all else. Where BRDFIT_UNITS is set, a sub-device of so many compute
+/// units. Throws InputError, naming the package to install, where there is no device at all,
+/// UsageError listing the devices where none or several match, and where BRDFIT_FORM or
+/// BRDFIT_UNITS is none for the device.
 Device open_device(const std::string& wish = "");
+/// Whether the driver can split the device into sub-devices, as BRDFIT_UNITS asks for.
+bool has_sub_devices(const Device& device);
 /// The same, or all devices where the wish is "all".
 std::vector<Device> open_devices(const std::string& wish);
 

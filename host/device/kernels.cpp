@@ -1,5 +1,6 @@
 #include "host/device/kernels.hpp"
 
+#include "host/device/binaries.hpp"
 #include "host/device/cache.hpp"
 #include "host/embedded.hpp"
 #include "host/error.hpp"
@@ -7,8 +8,15 @@
 
 #include <cstdlib>
 #include <fmt/format.h>
+#include <optional>
 
 namespace brdfit {
+
+namespace {
+
+constexpr const char* build_options = "-cl-std=CL1.2 -cl-mad-enable";
+
+} // namespace
 
 std::string kernel_source(const std::string& path) {
     if (const char* folder = std::getenv("BRDFIT_KERNELS"))
@@ -43,14 +51,19 @@ std::string kernel_variant(const std::string& path,
 
 cl::Program build_kernels(const Device& device, const std::string& text, const std::string& what) {
     const Form& form = device.form;
-    cl::Program program(device.context,
-                        fmt::format("#define V {}\n#define LS {}\n#define BLOCK {}\n"
-                                    "#define CANDIDATES {}\n#define RUN {}\n",
-                                    form.vector_width, form.local_size,
-                                    form.block / form.vector_width, form.candidates, form.run()) +
-                            text);
+    const std::string whole =
+        fmt::format("#define V {}\n#define LS {}\n#define BLOCK {}\n"
+                    "#define CANDIDATES {}\n#define RUN {}\n",
+                    form.vector_width, form.local_size, form.block / form.vector_width,
+                    form.candidates, form.run()) +
+        text;
+    const bool kept = keeps_binaries(device);
+    if (kept)
+        if (std::optional<cl::Program> program = kept_program(device, build_options, whole))
+            return *program;
+    cl::Program program(device.context, whole);
     try {
-        program.build(device.handle, "-cl-std=CL1.2 -cl-mad-enable");
+        program.build(device.handle, build_options);
     } catch (const cl::Error&) {
         if (is_pocl(device.platform))
             if (const std::string problem = pocl_cache_problem(); !problem.empty())
@@ -60,6 +73,8 @@ cl::Program build_kernels(const Device& device, const std::string& text, const s
                                      device.name,
                                      program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device.handle)));
     }
+    if (kept)
+        keep_program(device, build_options, whole, program);
     return program;
 }
 

@@ -83,7 +83,7 @@ std::string tuning_path() {
     return "";
 }
 
-std::optional<Form> tuned_form(const Device& device) {
+std::optional<TunedForm> tuned_form(const Device& device) {
     const std::string path = tuning_path();
     if (path.empty())
         return std::nullopt;
@@ -104,7 +104,9 @@ std::optional<Form> tuned_form(const Device& device) {
                             number("candidates")};
             if (!is_possible(form, device))
                 at.fail(fmt::format("the form of {} is none it can run", device.name));
-            return form;
+            const Json reason = entry.value("reason", Json());
+            return TunedForm{form, reason.is_string() ? reason.get<std::string>()
+                                                      : "brdfit tune found it"};
         }
     } catch (const InputError& error) {
         warn(error.what());
@@ -112,7 +114,7 @@ std::optional<Form> tuned_form(const Device& device) {
     return std::nullopt;
 }
 
-void store_tuned_form(const Device& device, const Form& form) {
+void store_tuned_form(const Device& device, const Form& form, const std::string& reason) {
     const std::string path = tuning_path();
     if (path.empty())
         throw InputError("no place to keep the tuning: none of BRDFIT_TUNING, XDG_CONFIG_HOME and "
@@ -124,7 +126,8 @@ void store_tuned_form(const Device& device, const Form& form) {
     Json entry = {{"device", device.name},
                   {"platform", device.platform},
                   {"driver", device.driver},
-                  {"kernels", kernel_hash()}};
+                  {"kernels", kernel_hash()},
+                  {"reason", reason}};
     entry.update(to_json(form));
     entries.push_back(entry);
     const std::string folder = std::filesystem::path(path).parent_path();
@@ -132,7 +135,7 @@ void store_tuned_form(const Device& device, const Form& form) {
         make_output_folder(folder);
     OutputFile file(path);
     file.write(Json{{"tuning", entries}}.dump(2) + "\n");
-    file.commit();
+    file.commit(false, Replaced::Unsaid);
 }
 
 } // namespace brdfit

@@ -18,12 +18,19 @@ nlohmann::ordered_json to_json(const Form& form);
 /// brdfit/tuning.json in $XDG_CONFIG_HOME or ~/.config. Empty (also BRDFIT_TUNING): none.
 std::string tuning_path();
 
+/// A form kept for a device, and how it was found, for people.
+struct TunedForm {
+    Form form;
+    std::string reason;
+};
+
 /// The form found for this device, none where driver or kernels have changed since. A file that is
 /// none of ours is ignored with a warning.
-std::optional<Form> tuned_form(const Device& device);
+std::optional<TunedForm> tuned_form(const Device& device);
 
 /// Keeps a form for this device, its driver and the kernels, in place of an older one. Throws
 /// InputError where the file cannot be written.
-void store_tuned_form(const Device& device, const Form& form);
+void store_tuned_form(const Device& device, const Form& form,
+                      const std::string& reason = "brdfit tune found it");
 
 } // namespace brdfit

@@ -186,7 +186,7 @@ void OutputFile::write(const void* data, std::size_t bytes) {
         fail("write", errno);
 }
 
-void OutputFile::commit(bool durable) {
+void OutputFile::commit(bool durable, Replaced said) {
     std::FILE* const file = file_;
     file_ = nullptr;
     kill_point();
@@ -202,7 +202,7 @@ void OutputFile::commit(bool durable) {
     kill_point();
     if (std::rename(temporary_.c_str(), path_.c_str()) != 0)
         fail("rename the finished file", errno);
-    if (there) {
+    if (there && said == Replaced::Said) {
         const std::lock_guard<std::mutex> lock(replaced_mutex);
         replaced.push_back(path_);
     }

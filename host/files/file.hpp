@@ -35,6 +35,9 @@ class MappedFile {
 /// a mapped file: puts a page of zeros at the address. False where no MappedFile is there.
 bool replace_cut_page(const void* address);
 
+/// Whether a file that OutputFile replaces is among take_replaced_files().
+enum class Replaced { Said, Unsaid };
+
 /// A file that appears under its name only when it is whole: bytes go to a temporary file beside
 /// it, commit() renames. Without commit() nothing stays behind.
 /// Devices and pipes (/dev/stdout) are written to directly.
@@ -49,7 +52,7 @@ class OutputFile {
     void write(const void* data, std::size_t bytes);
     void write(std::string_view text) { write(text.data(), text.size()); }
     /// `durable`: the file outlasts a crash of the system once this returns.
-    void commit(bool durable = false);
+    void commit(bool durable = false, Replaced said = Replaced::Said);
     /// Where the bytes go until then, for libraries that write files by themselves, instead of
     /// write().
     const std::string& path_until_commit() const { return temporary_.empty() ? path_ : temporary_; }
@@ -65,7 +68,7 @@ class OutputFile {
 /// about to die, async-signal-safe.
 void remove_open_temporaries();
 
-/// The existing files that commit() has replaced since the last call, in order.
+/// The existing files that commit(Replaced::Said) has replaced since the last call, in order.
 std::vector<std::string> take_replaced_files();
 
 /// Creates a folder and its parents. Throws InputError when it cannot be made or written to.
