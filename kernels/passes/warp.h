@@ -1,4 +1,5 @@
-// What host/evaluate/rgl.cpp and warp.cl agree on: the whole numbers that describe an RGL file's tables.
+// What host/evaluate/rgl.cpp and warp.cl agree on: the whole numbers that describe an RGL file's
+// tables.
 enum warp_shape {
     PHI_NODES,
     THETA_NODES,
