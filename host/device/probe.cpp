@@ -48,7 +48,7 @@ double exp_per_second(const Device& device) {
         device.queue.finish();
         best = std::min(best, std::chrono::duration<double>(Clock::now() - started).count());
     }
-    return static_cast<double>(lanes) * rounds * CHAINS / best;
+    return static_cast<double>(lanes) * rounds * double{CHAINS} / best;
 }
 
 } // namespace
