@@ -409,6 +409,7 @@ TEST_F(Runs, the_best_materials_are_one_a_file) {
     expect_usage_error(run_program({"merge", folder / "run", "--csv", folder / "x.csv", "--best"}),
                        "--best");
     expect_usage_error(run_program({"merge", folder / "run"}), "-o");
+    expect_usage_error(run_program({"merge", folder / "run", "-o", folder / "x.csv"}), ".sqlite");
 }
 
 TEST_F(Runs, parameters_are_tidy) {

@@ -24,6 +24,10 @@ void check(const Options& options, const Plan& plan) {
         throw UsageError("merge: nothing is asked for; expected -o, --csv or --materials");
     if (outputs.best && outputs.materials.empty())
         throw UsageError("--best: is of the materials; expected it with --materials");
+    const std::filesystem::path ending = std::filesystem::path(outputs.database).extension();
+    if (!outputs.database.empty() && ending != ".sqlite" && ending != ".sqlite3" && ending != ".db")
+        throw UsageError(fmt::format("-o {}: unknown ending; expected .sqlite, .sqlite3 or .db",
+                                     outputs.database));
     if (!outputs.csv.empty() && std::filesystem::path(outputs.csv).extension() != ".csv")
         throw UsageError(fmt::format("--csv {}: unknown ending; expected .csv", outputs.csv));
     std::error_code unknown;
@@ -79,7 +83,7 @@ void add_merge(CLI::App& app, const Globals& globals, Action& action) {
     MergeOutputs& outputs = options->outputs;
     command->add_option("RUN", options->folder, "folder that brdfit plan wrote")->required();
     command->add_option("-o,--output", outputs.database,
-                        "SQLite file: settings, files, fits, parameters");
+                        ".sqlite, .sqlite3 or .db: settings, files, fits, parameters");
     command->add_option("--csv", outputs.csv, "table, one row a fit");
     command->add_option("--materials", outputs.materials, "folder for the material files");
     command->add_flag("--best", outputs.best,
