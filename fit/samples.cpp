@@ -2,8 +2,10 @@
 
 #include "host/device/buffer.hpp"
 #include "host/error.hpp"
+#include "host/parallel.hpp"
 #include "kernels/passes/prepare.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -13,6 +15,50 @@ namespace {
 
 // Channels a pass handles at once: more would need more accumulators than a device has registers.
 constexpr int largest_chunk = 8;
+
+// Samples that one thread packs at once.
+constexpr std::size_t piece = 1 << 14;
+
+// A buffer of `count` values that `fill(values)` writes where the device has them.
+template <typename T, typename Fill>
+cl::Buffer filled(const Device& device, std::size_t count, Fill fill) {
+    cl::Buffer buffer = make_buffer(device, count * sizeof(T), CL_MEM_READ_ONLY);
+    auto* const values = static_cast<T*>(device.queue.enqueueMapBuffer(
+        buffer, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, count * sizeof(T)));
+    fill(values);
+    device.queue.enqueueUnmapMemObject(buffer, values);
+    device.queue.finish(); // other queues read it
+    return buffer;
+}
+
+// Where the metric is not quadratic: phi' grows without bound towards 0, below this share of the
+// mean it is taken as it is there.
+double lowest_slope_at(const Samples& samples, const std::vector<std::uint32_t>& used) {
+    const float* const wi_z = samples.directions->plane(Directions::WiZ);
+    const std::size_t channels = samples.channels.size();
+    double mean = 0;
+    for (std::size_t ch = 0; ch < channels; ++ch)
+        for (const std::uint32_t k : used)
+            mean += std::abs(samples.channel(ch)[k]) * wi_z[k];
+    mean /= static_cast<double>(used.size() * channels);
+    return std::max(0.02 * mean, 1e-6);
+}
+
+// The weight W that makes W (f - y)^2 the metric, or where it is not quadratic in f resemble it
+// near y: w iz^2 (ngan), iz^2 (l2), w iz^2 times the mean over channels of phi'(iz y)^2 (log,
+// cbrt).
+float quadratic_weight(const Samples& samples, std::uint32_t k, float solid_angle, Metric metric,
+                       double lowest) {
+    const double iz = samples.directions->plane(Directions::WiZ)[k];
+    const std::size_t channels = samples.channels.size();
+    double slopes = quadratic(metric) ? 1 : 0;
+    for (std::size_t ch = 0; ch < channels && !quadratic(metric); ++ch) {
+        const double x = std::max(iz * samples.channel(ch)[k], lowest);
+        const double slope = metric == Metric::Log ? 1 / (1 + x) : std::cbrt(x) / (3 * x);
+        slopes += slope * slope / static_cast<double>(channels);
+    }
+    return static_cast<float>((metric == Metric::L2 ? 1 : solid_angle) * iz * iz * slopes);
+}
 
 // Copies what of the samples `used` depends on the metric, not on the models, to the device.
 void upload_used(const Device& device, const Samples& samples, Metric metric,
@@ -28,7 +74,6 @@ void upload_used(const Device& device, const Samples& samples, Metric metric,
     packed.isotropic = samples.isotropic;
     packed.pairs = samples.count();
 
-    const Directions& directions = *samples.directions;
     const bool weighted = !samples.weights.empty();
     double weight_sum = 0;
     for (const std::uint32_t k : used)
@@ -38,79 +83,81 @@ void upload_used(const Device& device, const Samples& samples, Metric metric,
                                      "a positive sum",
                                      samples.source, weight_sum));
     const double scale = static_cast<double>(packed.count) / weight_sum;
+    const float* const wi_z = samples.directions->plane(Directions::WiZ);
+    const auto solid_angle = [&](std::uint32_t k) {
+        return static_cast<float>(weighted ? samples.weights[k] * scale : 1);
+    };
+    const double lowest = quadratic(metric) ? 0 : lowest_slope_at(samples, used);
 
-    std::vector<std::uint32_t> index(used);
-    index.resize(packed.stride, used.back());
-    packed.index = upload(device, index);
-    std::vector<float> values(packed.stride *
-                              static_cast<std::size_t>(packed.chunk * packed.chunks));
+    // `value(k)` of every sample used, then of the padding, which repeats the last one's or is 0.
+    const auto plane = [&](auto value, bool repeat) {
+        using T = decltype(value(std::uint32_t{}));
+        return filled<T>(device, packed.stride, [&](T* to) {
+            parallel_pieces(packed.count, piece, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i)
+                    to[i] = value(used[i]);
+            });
+            std::fill(to + packed.count, to + packed.stride, repeat ? value(used.back()) : T{});
+        });
+    };
+    packed.index = plane([](std::uint32_t k) { return k; }, true);
+    packed.solid_angle = plane(solid_angle, false);
+    packed.iz = plane([&](std::uint32_t k) { return wi_z[k]; }, false);
+    packed.weights = plane(
+        [&](std::uint32_t k) {
+            return quadratic_weight(samples, k, solid_angle(k), metric, lowest);
+        },
+        false);
+
     // Vectors in the order of VALUE_AT of kernels/passes/prepare.cl.
     const bool together = device.form.local_size == 1;
     const auto width = static_cast<std::size_t>(device.form.vector_width);
     const auto chunk = static_cast<std::size_t>(packed.chunk);
     const std::size_t vectors = packed.stride / width; // a channel
-    for (std::size_t ch = 0; ch < samples.channels.size(); ++ch) {
-        const float* const from = samples.channel(ch);
-        for (std::size_t k = 0; k < used.size(); ++k) {
-            const std::size_t i = k / width;
-            const std::size_t at =
-                together ? VALUE_IN_CHUNK(vectors, i, ch, chunk) : VALUE_IN_PLANE(vectors, i, ch);
-            values[at * width + k % width] = from[used[k]];
-        }
-    }
-    packed.values = upload(device, values);
-    std::vector<float> solid_angle(packed.stride), iz(packed.stride);
-    const float* const wi_z = directions.plane(Directions::WiZ);
-    for (std::size_t k = 0; k < used.size(); ++k) {
-        solid_angle[k] = static_cast<float>(weighted ? samples.weights[used[k]] * scale : 1);
-        iz[k] = wi_z[used[k]];
-    }
-    std::vector<float> weights = quadratic_weights(samples, used, solid_angle, metric);
-    weights.resize(packed.stride, 0.0F);
-    packed.weights = upload(device, weights);
-    packed.solid_angle = upload(device, solid_angle);
-    packed.iz = upload(device, iz);
+    const std::size_t channels = chunk * static_cast<std::size_t>(packed.chunks);
+    packed.values = filled<float>(device, packed.stride * channels, [&](float* to) {
+        parallel_pieces(packed.stride, piece, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t ch = 0; ch < channels; ++ch) {
+                const float* const from =
+                    ch < samples.channels.size() ? samples.channel(ch) : nullptr;
+                for (std::size_t k = begin; k < end; ++k) {
+                    const std::size_t i = k / width;
+                    const std::size_t at = together ? VALUE_IN_CHUNK(vectors, i, ch, chunk)
+                                                    : VALUE_IN_PLANE(vectors, i, ch);
+                    to[at * width + k % width] =
+                        from != nullptr && k < packed.count ? from[used[k]] : 0.0F;
+                }
+            }
+        });
+    });
+}
+
+// The samples that a fit is to use, in order.
+std::vector<std::uint32_t> usable(const Samples& samples, double max_theta_degrees) {
+    const double lowest_cosine = std::cos(max_theta_degrees * degree);
+    const float* const iz = samples.directions->plane(Directions::WiZ);
+    const float* const oz = samples.directions->plane(Directions::WoZ);
+    std::vector<std::vector<std::uint32_t>> parts((samples.count() + piece - 1) / piece);
+    parallel_pieces(samples.count(), piece, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t>& part = parts[begin / piece];
+        for (std::size_t k = begin; k < end; ++k)
+            if (samples.valid[k] != 0 && iz[k] > 0 && oz[k] > 0 && iz[k] >= lowest_cosine &&
+                oz[k] >= lowest_cosine)
+                part.push_back(static_cast<std::uint32_t>(k));
+    });
+    std::vector<std::uint32_t> used;
+    for (const std::vector<std::uint32_t>& part : parts)
+        used.insert(used.end(), part.begin(), part.end());
+    return used;
 }
 
 } // namespace
 
-std::vector<float> quadratic_weights(const Samples& samples, const std::vector<std::uint32_t>& used,
-                                     const std::vector<float>& solid_angle, Metric metric) {
-    const float* const wi_z = samples.directions->plane(Directions::WiZ);
-    const std::size_t channels = samples.channels.size();
-    // phi' grows without bound towards 0: below this share of the mean it is taken as it is there.
-    double mean = 0;
-    for (std::size_t ch = 0; ch < channels; ++ch)
-        for (const std::uint32_t k : used)
-            mean += std::abs(samples.channel(ch)[k]) * wi_z[k];
-    mean /= static_cast<double>(used.size() * channels);
-    const double floor = std::max(0.02 * mean, 1e-6);
-    std::vector<float> weights(used.size());
-    for (std::size_t i = 0; i < used.size(); ++i) {
-        const double iz = wi_z[used[i]];
-        double slopes = quadratic(metric) ? 1 : 0;
-        for (std::size_t ch = 0; ch < channels && !quadratic(metric); ++ch) {
-            const double x = std::max(iz * samples.channel(ch)[used[i]], floor);
-            const double slope = metric == Metric::Log ? 1 / (1 + x) : std::cbrt(x) / (3 * x);
-            slopes += slope * slope / static_cast<double>(channels);
-        }
-        weights[i] =
-            static_cast<float>((metric == Metric::L2 ? 1 : solid_angle[i]) * iz * iz * slopes);
-    }
-    return weights;
-}
-
 DeviceSamples pack_samples(const Device& device, const Samples& samples, double max_theta_degrees,
                            Metric metric) {
     DeviceSamples packed;
-    const double lowest_cosine = std::cos(max_theta_degrees * degree);
+    packed.used = usable(samples, max_theta_degrees);
     const Directions& directions = *samples.directions;
-    const float* const iz = directions.plane(Directions::WiZ);
-    const float* const oz = directions.plane(Directions::WoZ);
-    for (std::size_t k = 0; k < samples.count(); ++k)
-        if (samples.valid[k] != 0 && iz[k] > 0 && oz[k] > 0 && iz[k] >= lowest_cosine &&
-            oz[k] >= lowest_cosine)
-            packed.used.push_back(static_cast<std::uint32_t>(k));
     if (packed.used.empty())
         throw InputError(fmt::format(
             "{}: none of its {} samples is valid with both directions within {} degrees of the "

@@ -26,19 +26,16 @@ struct DeviceSamples {
     std::size_t pairs = 0; ///< of the file's directions
     cl::Buffer directions; ///< the file's, [plane][pair]
     cl::Buffer index;      ///< [stride] into the pairs; the padding repeats the last
-    cl::Buffer values;  ///< of the channels, in the order of VALUE_AT of kernels/passes/prepare.cl
-    cl::Buffer weights; ///< W of the quadratic part of the metric: w iz^2 or iz^2; 0 in the padding
+    cl::Buffer values; ///< of the channels, in the order of VALUE_AT of kernels/passes/prepare.cl
+    /// W that makes W (f - y)^2 the metric, or where it is not quadratic in f resemble it near y: w
+    /// iz^2 (ngan), iz^2 (l2), w iz^2 times the mean over channels of phi'(iz y)^2 (log, cbrt); 0
+    /// in the padding.
+    cl::Buffer weights;
     cl::Buffer solid_angle; ///< w, mean 1
     cl::Buffer iz;          ///< cosine of wi
 
     std::vector<std::uint32_t> used; ///< the samples' numbers in the file
 };
-
-/// The weights W that make W (f - y)^2 the metric, or where it is not quadratic in f resemble it
-/// near y: w iz^2 (ngan), iz^2 (l2), w iz^2 times the mean over channels of phi'(iz y)^2 (log,
-/// cbrt).
-std::vector<float> quadratic_weights(const Samples& samples, const std::vector<std::uint32_t>& used,
-                                     const std::vector<float>& solid_angle, Metric metric);
 
 /// Packs the samples. Throws InputError, naming the file, where none is left, and where a buffer is
 /// larger than the device allows.
