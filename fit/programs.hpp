@@ -40,6 +40,9 @@ class ProgramCache {
   public:
     explicit ProgramCache(const Device& device) : device_(device) {}
     std::shared_ptr<const FitProgram> get(const Structure& structure, int channels, int chunk);
+    /// Builds what a fit of a structure needs, so that it is there when the fit begins. Never
+    /// throws: what cannot be built fails there.
+    void build_ahead(const Structure& structure, int channels, int chunk) noexcept;
     /// Products of rows, for the global search.
     const cl::Program& gram();
     /// Albedos of a component: of the lobe, or of the diffuse shape where one is given, which may
@@ -50,6 +53,9 @@ class ProgramCache {
     double build_seconds() { return seconds_->of_this_thread(); }
 
   private:
+    // The one of a component, built and run once with a task like those it will be given.
+    AlbedoIntegrator& integrator(const Model* diffuse, const Model* lobe, AlbedoTask like);
+
     const Device& device_;
     MadeOnce<std::shared_ptr<const FitProgram>> programs_;
     MadeOnce<cl::Program> gram_;

@@ -4,12 +4,31 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
+#include <new>
 #include <utility>
 #include <vector>
 
 namespace brdfit {
 
 inline constexpr double pi = 3.14159265358979323846, degree = pi / 180; ///< radians
+
+/// Leaves the elements that a vector is made with as they are: for large ones that several threads
+/// fill.
+template <typename T>
+struct Unfilled : std::allocator<T> {
+    template <typename U>
+    struct rebind {
+        using other = Unfilled<U>;
+    };
+    template <typename U, typename... Arguments>
+    void construct(U* at, Arguments&&... arguments) {
+        if constexpr (sizeof...(Arguments) == 0)
+            ::new (static_cast<void*>(at)) U;
+        else
+            ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
+    }
+};
 
 /// A direction in the local frame: x = tangent, y = bitangent, z = normal.
 using Vector = std::array<double, 3>;
@@ -37,12 +56,20 @@ class Directions {
         plane_count = DIRECTION_PLANES
     };
 
-    explicit Directions(std::size_t count = 0) : count_(count), data_(count * plane_count) {}
+    /// All planes are 0.
+    explicit Directions(std::size_t count = 0) : count_(count), data_(count * plane_count, 0.0F) {}
+    /// Its planes are still to be filled, each to its end.
+    static Directions unfilled(std::size_t count) {
+        Directions directions;
+        directions.count_ = count;
+        directions.data_.resize(count * plane_count);
+        return directions;
+    }
 
     std::size_t count() const { return count_; }
     const float* plane(Plane p) const { return data_.data() + count_ * p; }
     float* plane(Plane p) { return data_.data() + count_ * p; }
-    const std::vector<float>& data() const { return data_; }
+    const std::vector<float, Unfilled<float>>& data() const { return data_; }
     /// Sets pair k; wi and wo must be unit vectors. Opposite ones get h = n, c = 0.
     void set(std::size_t k, const Vector& wi, const Vector& wo);
     /// Sets pair k where the half vector is known better than wi + wo tells it.
@@ -60,7 +87,7 @@ class Directions {
                 plane(static_cast<Plane>(first + 2))[k]};
     }
     std::size_t count_;
-    std::vector<float> data_; // [plane][pair]
+    std::vector<float, Unfilled<float>> data_; // [plane][pair]
 };
 
 } // namespace brdfit

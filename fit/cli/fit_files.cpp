@@ -8,6 +8,7 @@
 #include "host/error.hpp"
 #include "host/files/file.hpp"
 #include "host/files/json.hpp"
+#include "host/measured/merl.hpp"
 #include "host/measured/read.hpp"
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <functional>
+#include <future>
 #include <optional>
 #include <spdlog/spdlog.h>
 
@@ -43,9 +45,22 @@ std::string message_naming(const std::string& file, const std::exception& error)
     return message.find(file) == std::string::npos ? fmt::format("{}: {}", file, message) : message;
 }
 
+// The programs of the first fit are built while its file is read, where a look at the file tells
+// which they are.
+void build_ahead(const FitRequest& request, ProgramCache& programs) noexcept {
+    constexpr int channels = 3;
+    try {
+        if (request.isotropic != false &&
+            merl::recognise(MappedFile(request.files.front()).bytes()))
+            programs.build_ahead(structures_of(request, true).front(), channels, channels);
+    } catch (const std::exception&) { // whoever reads the file says what
+    }
+}
+
 // Fits all structures asked for to one file; what fails is reported and noted.
 void fit_file(const FitRequest& request, const Device& device, ProgramCache& programs,
               const std::string& file, const std::string& stem,
+              const std::function<Samples()>& read,
               const std::function<ProgressFunction(const std::string& next)>& next,
               Progress& progress, FitRows& rows) {
     std::optional<Samples> samples;
@@ -57,7 +72,7 @@ void fit_file(const FitRequest& request, const Device& device, ProgramCache& pro
         rows.failed.push_back({file, model, lobes, why});
     };
     try {
-        samples.emplace(read_measurement(file, request.isotropic));
+        samples.emplace(read());
         fitter.emplace(device, programs, *samples, request.options);
     } catch (const UsageError&) {
         throw;
@@ -100,12 +115,18 @@ void fit_file(const FitRequest& request, const Device& device, ProgramCache& pro
 
 int fit_files(const FitRequest& request, bool json, const Globals& globals) {
     check_nothing_is_replaced(request);
+    const auto read = [&](const std::string& file) {
+        return read_measurement(file, request.isotropic);
+    };
+    // Opening a device takes as long as a third of a fit.
+    std::future<Samples> first = std::async(read, request.files.front());
     const Device device = open_device(globals.device);
     spdlog::debug("device {}: {}", device.index, device.name);
     std::error_code unknown; // said by check_folder
     const bool folder_is_new = !std::filesystem::exists(request.folder, unknown);
     check_folder(request.folder);
     ProgramCache programs(device);
+    const std::future<void> ahead = std::async([&] { build_ahead(request, programs); });
     const std::vector<std::string> stems = distinct_stems(request.files);
     FitRows rows;
     const std::size_t fits_a_file = structures_of(request, true).size();
@@ -117,6 +138,7 @@ int fit_files(const FitRequest& request, bool json, const Globals& globals) {
         progress.show(done, file);
         fit_file(
             request, device, programs, file, stems[f],
+            [&] { return f == 0 ? first.get() : read(file); },
             [&](const std::string& next) { return progress.step(done++, next); }, progress, rows);
         if (!json && rows.done.size() > first_row) {
             progress.clear();

@@ -87,7 +87,7 @@ Directions make_bin_directions() {
         cos_phi[i] = std::cos(phi_d_at(static_cast<double>(i) + 0.5));
         sin_phi[i] = std::sin(phi_d_at(static_cast<double>(i) + 0.5));
     }
-    Directions directions(bins);
+    Directions directions = Directions::unfilled(bins);
     parallel_pieces(theta_h_bins, 1, [&](std::size_t ih, std::size_t) {
         std::array<float*, Directions::plane_count> plane;
         for (std::size_t p = 0; p < plane.size(); ++p)
@@ -109,6 +109,7 @@ Directions make_bin_directions() {
                 plane[Directions::WoY][i] = static_cast<float>(-y);
                 plane[Directions::WoZ][i] = static_cast<float>(along_z - z);
                 plane[Directions::HX][i] = static_cast<float>(sin_h);
+                plane[Directions::HY][i] = 0;
                 plane[Directions::HZ][i] = static_cast<float>(cos_h);
                 plane[Directions::C][i] = static_cast<float>(cos_d);
             }
@@ -217,8 +218,10 @@ Samples read(const MappedFile& file) {
         if (!finite[c])
             report_not_finite(file, c);
     samples.directions = directions.get();
-    for (std::size_t bin = 0; bin < bins; ++bin)
-        samples.valid[bin] &= static_cast<std::uint8_t>(samples.directions->above_horizon(bin));
+    parallel_pieces(bins, slice, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t bin = begin; bin < end; ++bin)
+            samples.valid[bin] &= static_cast<std::uint8_t>(samples.directions->above_horizon(bin));
+    });
     return samples;
 }
 
