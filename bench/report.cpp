@@ -131,6 +131,13 @@ void print_device(const Report& report, const Device& device) {
                        "{:.3f} s, spread {}",
                        result.model, fitted_bins, result.threads, result.threads == 1 ? "" : "s",
                        fitted_bins / result.samples_per_second, percent(result.spread));
+    const Result* const run = find_result(results, device.name, run_work, run_by_log, all_threads);
+    const Result* const fits = find_result(results, device.name, run_work, run_by_fit, all_threads);
+    if (run != nullptr && fits != nullptr)
+        fmt::print("\nrun of {} fits to it, process start to exit: {:.1f} fits/s, spread {}, {:g} "
+                   "evaluations a fit on all samples; fit, the same: {:.1f}, spread {}",
+                   run_fits, run->samples_per_second, percent(run->spread), run->evaluations,
+                   fits->samples_per_second, percent(fits->spread));
     for (const CompileTime& time : report.compile)
         if (time.device == device.name)
             fmt::print("\nkernels that a fit of {} needs: {:.2f} s to build, {:.3f} s from the "

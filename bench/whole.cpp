@@ -5,6 +5,7 @@
 #include "bench/opencl.hpp"
 #include "fit/objective.hpp"
 #include "fit/programs.hpp"
+#include "fit/runs/log.hpp"
 #include "host/error.hpp"
 #include "host/evaluate/synthesise.hpp"
 #include "host/measured/merl.hpp"
@@ -128,6 +129,58 @@ std::vector<Result> measure_fit(const Device& device, const Samples& data) {
         timed(1, variables);
         results.back().difference = off;
     }
+    return results;
+}
+
+std::vector<Result> measure_run(const Device& device, const Samples& data) {
+    const Scratch folder;
+    const std::string file = folder / "bench.binary";
+    merl::write(data, file);
+    const auto here = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), {"--device", std::to_string(device.index), "--quiet"});
+        run_again(arguments, {});
+    };
+    const std::vector<std::string> fits = {file, "-m", run_models, "--lobes", "1,2"};
+    const auto with = [&](const char* name, const std::string& out) {
+        std::vector<std::string> arguments{name};
+        arguments.insert(arguments.end(), fits.begin(), fits.end());
+        arguments.insert(arguments.end(), {"-o", out, "--force"});
+        return arguments;
+    };
+    constexpr Repeats repeats{1, 5, 5, 0};
+    // A plan is made once: each run has a folder of its own.
+    std::vector<std::string> plans;
+    for (std::size_t i = 0; i < repeats.most + static_cast<std::size_t>(repeats.warm_ups); ++i) {
+        plans.push_back(folder / fmt::format("run{}", i));
+        run_again(with("plan", plans.back()), {});
+    }
+    const auto row = [&](const char* name, const Timing& timing) {
+        Result result;
+        result.device = device.name;
+        result.work = run_work;
+        result.model = name;
+        result.threads = static_cast<int>(device.compute_units);
+        result.samples_per_second = run_fits / timing.median;
+        result.spread = timing.spread;
+        return result;
+    };
+    std::size_t next = 0;
+    std::vector<Result> results{row(run_by_log, time_runs(
+                                                    [&] {
+                                                        here({"run", plans[next++]});
+                                                    },
+                                                    repeats))};
+    std::vector<double> evaluations;
+    const RunLogs logs = read_logs(plans.front());
+    for (const ShardLog& log : logs.logs)
+        for (const LoggedRow& logged : log.rows)
+            evaluations.push_back(log.read(logged).at("material").at("fit").at("evaluations"));
+    if (evaluations.size() != static_cast<std::size_t>(run_fits))
+        throw InputError(fmt::format("{}: a run made {} fits; expected {}", device.name,
+                                     evaluations.size(), run_fits));
+    results.back().evaluations = timing_of(evaluations).median;
+    results.push_back(
+        row(run_by_fit, time_runs([&] { here(with("fit", folder / "fits")); }, repeats)));
     return results;
 }
 

@@ -122,6 +122,8 @@ nlohmann::ordered_json to_json(const Result& result, const Peaks* peaks) {
                                    {"samples_per_second", result.samples_per_second},
                                    {"spread", result.spread},
                                    {"difference", result.difference}};
+    if (result.evaluations > 0)
+        json["evaluations"] = result.evaluations;
     if (result.bytes_per_sample > 0) {
         json["bytes_per_sample"] = result.bytes_per_sample;
         json["gigabytes_per_second"] = result.samples_per_second * result.bytes_per_sample / 1e9;

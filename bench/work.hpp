@@ -75,7 +75,8 @@ struct Result {
     double bytes_per_sample = 0, working_set = 0;
     Calls calls;
     Answer answer;
-    double difference = 0; ///< of the answer from float64's
+    double difference = 0;  ///< of the answer from float64's
+    double evaluations = 0; ///< on all samples, the median of the fits made; 0: none were
 };
 Result measure(const Task& task, const std::string& device, int threads,
                const Repeats& repeats = {});

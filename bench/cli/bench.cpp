@@ -108,7 +108,7 @@ void append(bench::Measured& to, const bench::Measured& from) {
 void measure_device(const Device& device, const Options& options, const Globals& globals,
                     bench::Report& report) {
     const std::vector<Problem> problems = bench::problems(options.models);
-    Progress progress(problems.size() + 4, globals.quiet);
+    Progress progress(problems.size() + 5, globals.quiet);
     std::size_t done = 0;
     const Samples data = bench::data_of(device, options.samples);
     report.samples = data.valid_count();
@@ -143,7 +143,10 @@ void measure_device(const Device& device, const Options& options, const Globals&
     progress.show(problems.size() + 2, "whole fits");
     if (wanted(options, bench::fit_work) && options.samples == 0)
         append(measured, {bench::measure_fit(device, data), {}});
-    progress.show(problems.size() + 3, "compiling");
+    progress.show(problems.size() + 3, "a run");
+    if (wanted(options, bench::run_work) && options.samples == 0)
+        append(measured, {bench::measure_run(device, data), {}});
+    progress.show(problems.size() + 4, "compiling");
     if (wanted(options, "compile"))
         report.compile.push_back(bench::measure_compile(device));
 }
@@ -157,7 +160,7 @@ int bench_command(const Options& options, const Globals& globals) {
         return bench_as_child(open_device(globals.device), options);
     for (const std::string& work : options.works)
         if (bench::find_work(work) == nullptr && work != bench::fit_work &&
-            work != bench::table_work && work != "compile")
+            work != bench::table_work && work != bench::run_work && work != "compile")
             throw UsageError(fmt::format("--work {}: unknown; see brdfit bench --help", work));
     bench::problems(options.models);
     std::optional<OutputFile> json; // opened first: a path that cannot be written costs no time
@@ -192,7 +195,7 @@ void add_bench(CLI::App& app, const Globals& globals, Action& action) {
         ->allow_extra_args(false);
     command
         ->add_option("--work", options->works,
-                     fmt::format("with commas, of {}fit, table, compile; default: all", names))
+                     fmt::format("with commas, of {}fit, run, table, compile; default: all", names))
         ->delimiter(',')
         ->allow_extra_args(false);
     command->add_option("--json", options->json, "file to write the results to, as JSON");
