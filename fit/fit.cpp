@@ -1,6 +1,7 @@
 #include "fit/fit.hpp"
 
 #include "fit/programs.hpp"
+#include "fit/structures.hpp"
 #include "host/error.hpp"
 
 #include <algorithm>
@@ -254,12 +255,7 @@ std::vector<Solution> FileFitter::distinct(const Space& space,
 
 std::vector<double> FileFitter::start_theta(const Structure& structure, const Space& space) const {
     const Material& start = *options_.start;
-    bool same = start.diffuse == structure.diffuse && start.lobes.size() == structure.lobes.size();
-    for (std::size_t l = 0; same && l < structure.lobes.size(); ++l)
-        same = start.lobes[l].model == structure.lobes[l];
-    if (!same)
-        throw UsageError(fmt::format("--start: its lobes and diffuse shape are not those of {}",
-                                     structure.name()));
+    check_start(start, structure);
     std::vector<double> theta;
     for (const Lobe& lobe : start.lobes) {
         std::vector<double> values = lobe.theta;

@@ -76,8 +76,11 @@ void check(const FitRequest& request) {
             continue;
         const std::vector<Structure> structures = structures_of(request, isotropic);
         check_lobes(request, structures);
-        for (const Structure& structure : structures)
+        for (const Structure& structure : structures) {
+            if (request.options.start)
+                check_start(*request.options.start, structure);
             Space(structure.lobes, isotropic, request.options.ranges); // throws on contradictions
+        }
         for (const ParameterRange& range : request.options.ranges) {
             const auto means_one_of = [&](const Structure& structure) {
                 std::vector<const Model*> lobes = structure.lobes;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "host/model/material.hpp"
 #include "host/model/structure.hpp"
 
 #include <string>
@@ -20,5 +21,9 @@ Structure structure_named(const std::string& names, int lobes, const std::string
 std::vector<Structure> structures_named(const std::vector<std::string>& models,
                                         std::vector<int> lobes, const std::string& diffuse,
                                         bool isotropic);
+
+/// Throws UsageError where a material to start from has not the lobes and diffuse shape of a
+/// structure.
+void check_start(const Material& start, const Structure& structure);
 
 } // namespace brdfit

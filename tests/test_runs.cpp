@@ -77,8 +77,8 @@ TEST_F(Runs, an_id_changes_with_all_that_determines_the_result_and_nothing_else)
 
 TEST_F(Runs, a_plan_is_read_back_as_it_was_made) {
     plan({"-m", "kurt+ward,ggx", "--lobes", "1,2", "--fix", "2.m=0.1", "--bound", "f0=0.01:0.9",
-          "--seed", "18446744073709551615", "--starts", "2", "--max-theta", "71.5", "--start",
-          folder / "paint.json", "--anisotropic", "--metric", "cbrt"});
+          "--seed", "18446744073709551615", "--starts", "2", "--max-theta", "71.5", "--anisotropic",
+          "--metric", "cbrt"});
     const Plan planned = read_plan(folder / "run");
     const FitOptions options = planned.options_of(planned.tasks.front());
     EXPECT_EQ(options.metric, Metric::Cbrt);
@@ -87,10 +87,13 @@ TEST_F(Runs, a_plan_is_read_back_as_it_was_made) {
     ASSERT_EQ(options.ranges.size(), 2U);
     EXPECT_EQ(text_of(options.ranges[0]), "2.m=0.1");
     EXPECT_EQ(text_of(options.ranges[1]), "f0=0.01:0.9");
-    ASSERT_TRUE(options.start);
-    EXPECT_EQ(options.start->lobes.front().theta, (std::vector<double>{0.5, 0.2, 0.1}));
+    EXPECT_FALSE(options.start);
     EXPECT_EQ(planned.settings.isotropic, false);
     EXPECT_EQ(planned.tasks.size(), 3U * 3);
+    plan({"-m", "kurt", "--start", folder / "paint.json", "--force"});
+    const std::optional<Material> start = read_plan(folder / "run").settings.options.start;
+    ASSERT_TRUE(start);
+    EXPECT_EQ(start->lobes.front().theta, (std::vector<double>{0.5, 0.2, 0.1}));
 }
 
 TEST_F(Runs, plan_refuses_what_fit_refuses_and_what_is_there) {
@@ -102,6 +105,9 @@ TEST_F(Runs, plan_refuses_what_fit_refuses_and_what_is_there) {
     expect_usage_error(refused({folder / "a.csv", "-m", "kurt", "--metric", "ngan,l1"}), "l1");
     expect_usage_error(refused({folder / "a.csv", "-m", "kurt", "--fix", "g0=1"}), "g0");
     expect_usage_error(refused({folder / "a.csv", "-m", "kurt", "--seed", "2"}), "--seed");
+    expect_usage_error(
+        refused({folder / "a.csv", "-m", "kurt,ward", "--start", folder / "paint.json"}),
+        "not those of ward");
     expect_usage_error(refused({folder / "a.csv", "-m", "kurt", "--shards", "2"}), "--slurm");
     expect_usage_error(refused({folder / "a.csv", "-m", "kurt", "--device", "0"}), "--device");
     expect_input_error(refused({folder / "missing.csv", "-m", "kurt"}), "missing.csv");

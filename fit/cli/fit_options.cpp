@@ -68,9 +68,9 @@ FitRequest FitSettings::request() const {
         throw UsageError(fmt::format("--seed: nothing is random with {}; expected it with --starts "
                                      "or a stochastic algorithm",
                                      algorithm_));
-    check(request);
     if (!start_.empty())
         options.start = read_material_file(start_);
+    check(request);
     return request;
 }
 
