@@ -100,22 +100,28 @@ std::vector<float> quadratic_weights(const Samples& samples, const std::vector<s
     return weights;
 }
 
-DeviceSamples pack_samples(const Device& device, const Samples& samples, double max_theta_degrees,
-                           Metric metric) {
-    DeviceSamples packed;
+std::vector<std::uint32_t> used_samples(const Samples& samples, double max_theta_degrees) {
     const double lowest_cosine = std::cos(max_theta_degrees * degree);
-    const Directions& directions = *samples.directions;
-    const float* const iz = directions.plane(Directions::WiZ);
-    const float* const oz = directions.plane(Directions::WoZ);
+    const float* const iz = samples.directions->plane(Directions::WiZ);
+    const float* const oz = samples.directions->plane(Directions::WoZ);
+    std::vector<std::uint32_t> used;
     for (std::size_t k = 0; k < samples.count(); ++k)
         if (samples.valid[k] != 0 && iz[k] > 0 && oz[k] > 0 && iz[k] >= lowest_cosine &&
             oz[k] >= lowest_cosine)
-            packed.used.push_back(static_cast<std::uint32_t>(k));
-    if (packed.used.empty())
-        throw InputError(fmt::format(
-            "{}: none of its {} samples is valid with both directions within {} degrees of the "
-            "normal; nothing to fit",
-            samples.source, samples.count(), max_theta_degrees));
+            used.push_back(static_cast<std::uint32_t>(k));
+    if (used.empty())
+        throw InputError(
+            fmt::format("{}: none of its {} samples is valid with both directions within {} "
+                        "degrees of the normal; expected some",
+                        samples.source, samples.count(), max_theta_degrees));
+    return used;
+}
+
+DeviceSamples pack_samples(const Device& device, const Samples& samples, double max_theta_degrees,
+                           Metric metric) {
+    DeviceSamples packed;
+    packed.used = used_samples(samples, max_theta_degrees);
+    const Directions& directions = *samples.directions;
     // The packed copies are for this file only, the directions are read where they are.
     packed.directions = make_buffer(
         device, directions.data().size() * sizeof(float),
