@@ -258,18 +258,21 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
 }
 
 Grid written_grid(bool isotropic) {
-    const auto steps = [](std::vector<double>& angles, double step, double last) {
-        for (double angle = angles.empty() ? 0 : angles.back() / degree + step; angle < last + 1e-6;
-             angle += step)
-            angles.push_back(angle * degree);
+    // From one angle to another in degrees.
+    const auto steps = [](std::vector<double>& angles, double first, double step, double last) {
+        for (int k = 0; first + k * step <= last; ++k)
+            angles.push_back((first + k * step) * degree);
     };
     Grid grid;
     grid.plane_symmetric = isotropic;
-    steps(grid.rotations, 10, isotropic ? 0 : 360);
-    steps(grid.incidences, 5, 85);
-    steps(grid.azimuths, 10, isotropic ? 180 : 360);
-    for (const auto& [step, last] : {std::pair{0.5, 4.0}, {1, 10}, {2.5, 20}, {5, 60}, {10, 180}})
-        steps(grid.radials, step, last);
+    steps(grid.rotations, 0, 10, isotropic ? 0 : 360);
+    steps(grid.incidences, 0, 5, 85);
+    steps(grid.azimuths, 0, 10, isotropic ? 180 : 360);
+    steps(grid.radials, 0, 0.5, 4);
+    steps(grid.radials, 5, 1, 10);
+    steps(grid.radials, 12.5, 2.5, 20);
+    steps(grid.radials, 25, 5, 60);
+    steps(grid.radials, 70, 10, 180);
     return grid;
 }
 
