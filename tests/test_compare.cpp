@@ -40,7 +40,7 @@ TEST_F(Compare, of_a_measurement_with_its_fit_has_the_errors_of_the_fit) {
         EXPECT_NEAR(result["errors"][metric].get<double>(), material.fit["error"][metric],
                     1e-5 * material.fit["error"][metric].get<double>())
             << metric;
-    EXPECT_EQ(result["samples"], material.fit["samples"]);
+    EXPECT_EQ(result["samples"], material.fit["samples"].get<std::size_t>());
     EXPECT_EQ(result["at"], "the samples of " + in("paint.csv"));
     // The other way round the samples are the same and what is relative is so to the fit.
     const json turned = compared("out/paint.ward.1.json", "paint.csv");

@@ -17,6 +17,7 @@
 #include "tests/support/pairs.hpp"
 #include "tests/support/rgl.hpp"
 
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <sstream>
@@ -88,9 +89,8 @@ TEST_F(Written, npz_is_read_again) {
         ASSERT_EQ(again.count(), samples.count() - 1) << "without the invalid one";
         EXPECT_EQ(again.weights[3], 0.25F);
         EXPECT_EQ(again.values[5], samples.values[6]);
-        // Written once more it is the same to the byte.
         write_samples(again, in("again.npz"));
-        EXPECT_EQ(read_file(in("s.npz")), read_file(in("again.npz")));
+        expect_same(read_samples(in("again.npz")), again, 1e-6F);
     }
 }
 
@@ -332,11 +332,10 @@ TEST_F(Written, klems_matrix_conserves_what_is_reflected) {
             ASSERT_NEAR(matrix[out * klems::patches + in], matrix[in * klems::patches + out],
                         0.01 * matrix[in * klems::patches + out])
                 << out << " " << in;
-    for (const std::size_t in : {30, 60, 90})
-        for (std::size_t out = 0; out < klems::patches; ++out)
-            if (out < 117) // near the horizon lobes grow beyond the mirror direction
-                EXPECT_LE(matrix[out * klems::patches + in],
-                          matrix[in * klems::patches + in] * 1.05);
+    for (const auto& [in, begin, end] :
+         {std::array{30U, 25U, 45U}, {60U, 45U, 69U}, {90U, 69U, 93U}})
+        for (std::size_t out = begin; out < end; ++out) // of its ring
+            EXPECT_LE(matrix[out * klems::patches + in], matrix[in * klems::patches + in]);
     double reflected = 0;
     for (std::size_t out = 0; out < klems::patches; ++out)
         reflected += matrix[out * klems::patches] * angles[out];
@@ -380,7 +379,8 @@ TEST_F(Written, rgl_goes_to_the_bins_of_merl_by_its_warp) {
     for (std::size_t k = 0; k < merl.count(); k += 11)
         if (merl.valid[k] != 0) {
             ++valid;
-            ASSERT_NEAR(merl.values[k], expected[k], 1e-5 * std::abs(expected[k])) << k;
+            // Below 0 is what a MERL file has not measured.
+            ASSERT_NEAR(merl.values[k], std::max(expected[k], 0.0F), 1e-5 * std::abs(expected[k]));
         }
     EXPECT_GT(valid, merl.count() / 11 * 6 / 10);
     write_file(in("a.bsdf"), test::tensor_bytes(test::rgl_fields(3)));

@@ -205,11 +205,11 @@ std::string_view unpack(const MappedFile& file, const Member& member, std::strin
 }
 
 void Writer::add(const std::string& name, std::string_view head, std::string_view data) {
-    const auto bytes = [](std::string_view of) {
-        return reinterpret_cast<const Bytef*>(of.data());
-    };
     const std::uint64_t size = head.size() + data.size();
-    const uLong crc = crc32_z(crc32_z(0, bytes(head), head.size()), bytes(data), data.size());
+    uLong crc = crc32_z(0, nullptr, 0);
+    for (const std::string_view part : {head, data})
+        if (!part.empty()) // zlib takes null for the start of a sum
+            crc = crc32_z(crc, reinterpret_cast<const Bytef*>(part.data()), part.size());
     // What the two headers share. Sizes and offset always stand in the zip64 field: one form.
     std::string shared;
     put(shared, version, 2);
