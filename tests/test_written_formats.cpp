@@ -205,6 +205,7 @@ TEST_F(Written, broken_npz_is_named) {
     refused(having("wo.npy", array({1, 3}, {0, 0, 1})), "wo: 1 x 3; expected 2 x 3");
     refused(having("wi.npy", array({2, 2}, {0, 0, 1, 1})), "wi: 2 x 2; expected 2 x 3");
     refused(having("values.npy", array({3}, {1, 2, 3})), "values: 3 x 1; expected 2 x 1");
+    refused(having("values.npy", array({2, 0}, {})), "values: 2 x 0; expected 2 x 1");
     refused(having("values.npy", array({2}, {1, std::nan("")})), "expected a finite number");
     refused(having("values.npy", npy::header({2}, "<f4")), "0 bytes of data");
     refused(having("values.npy", "text"), "expected an array that NumPy wrote");

@@ -58,9 +58,9 @@ float finite(const std::string& path, const Columns& columns, std::size_t row, s
 Samples read_rows(const std::string& path, const SampleColumns& columns,
                   std::optional<bool> isotropic) {
     const std::size_t rows = columns.wi.array.rows, channels = columns.values.count;
-    if (channels == 0 || channels > max_channels)
+    if (channels > max_channels)
         throw InputError(
-            fmt::format("{}: {} channels; expected 1 to {}", path, channels, max_channels));
+            fmt::format("{}: {} channels; expected at most {}", path, channels, max_channels));
     Samples samples;
     samples.channels = numbered_channels(channels);
     Directions directions(rows);
@@ -168,7 +168,7 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
     const npy::Array wo = array("wo", of_wo, false);
     require_shape("wo", wo, 3);
     const npy::Array values = array("values", of_values, true);
-    require_shape("values", values, values.columns);
+    require_shape("values", values, std::max<std::size_t>(values.columns, 1));
     npy::Array weights;
     SampleColumns columns{{wi, 0, 3}, {wo, 0, 3}, {values, 0, values.columns}, std::nullopt};
     if (archive.has("weights")) {
