@@ -1,6 +1,7 @@
 #include "bench/report.hpp"
 
 #include "bench/albedo.hpp"
+#include "bench/formats.hpp"
 #include "bench/native_tasks.hpp"
 #include "bench/opencl.hpp"
 #include "bench/whole.hpp"
@@ -126,6 +127,11 @@ void print_device(const Report& report, const Device& device) {
                    percent(result.spread));
     }
     for (const Result& result : results)
+        if (result.device == device.name && result.work == rgl_work)
+            fmt::print("\nan RGL file at pairs of directions, {} thread{}: {} million/s, spread {}",
+                       result.threads, result.threads == 1 ? "" : "s", millions(&result),
+                       percent(result.spread));
+    for (const Result& result : results)
         if (result.device == device.name && result.work == fit_work)
             fmt::print("\nfit of {} to a MERL file of {} bins, {} thread{}, process start to exit: "
                        "{:.3f} s, spread {}",
@@ -144,6 +150,21 @@ void print_device(const Report& report, const Device& device) {
                        "cache",
                        time.model, time.cold.median, time.warm.median);
     fmt::print("\n");
+}
+
+/// Reading files takes no device.
+void print_reading(const std::vector<Result>& results) {
+    bool first = true;
+    for (const Result& result : results) {
+        if (result.work != read_work)
+            continue;
+        if (first)
+            fmt::print("\nread: whole files in memory; million samples/s, GB/s, spread\n");
+        first = false;
+        fmt::print("{:<20} {:>9} {:>6.2f} {:>6}\n", result.model, millions(&result),
+                   result.samples_per_second * result.bytes_per_sample / 1e9,
+                   percent(result.spread));
+    }
 }
 
 } // namespace
@@ -275,6 +296,7 @@ void print(const Report& report) {
         build.simd_flags == nullptr ? "not built" : build.simd_flags, report.samples, baseline);
     for (const Device& device : report.devices)
         print_device(report, device);
+    print_reading(report.measured.results);
     const std::vector<Target> targets = targets_of(report);
     if (targets.empty())
         return;

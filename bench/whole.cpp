@@ -3,6 +3,7 @@
 #include "bench/again.hpp"
 #include "bench/native_tasks.hpp"
 #include "bench/opencl.hpp"
+#include "bench/scratch.hpp"
 #include "fit/objective.hpp"
 #include "fit/programs.hpp"
 #include "fit/runs/log.hpp"
@@ -11,8 +12,6 @@
 #include "host/measured/merl.hpp"
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <fmt/format.h>
 #include <sched.h>
 
@@ -22,28 +21,6 @@ namespace {
 
 constexpr double fit_tolerance = 1e-3; // of the error, float32 against float64
 constexpr double max_theta = 80;       // degrees, what fits keep by default
-
-// A folder that goes with the object.
-class Scratch {
-  public:
-    Scratch() {
-        std::string pattern =
-            (std::filesystem::temp_directory_path() / "brdfit-bench-XXXXXX").string();
-        if (mkdtemp(pattern.data()) == nullptr)
-            throw InputError(fmt::format("{}: cannot make a temporary folder", pattern));
-        path_ = pattern;
-    }
-    ~Scratch() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    Scratch(const Scratch&) = delete;
-    Scratch& operator=(const Scratch&) = delete;
-    std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-
-  private:
-    std::filesystem::path path_;
-};
 
 // This thread, and processes started meanwhile, on one processor.
 class OnOneProcessor {

@@ -19,13 +19,6 @@ double minimised_error(const FitRow& row, Metric metric) {
     return row.result.errors[static_cast<std::size_t>(metric)];
 }
 
-nlohmann::ordered_json errors_json(const MetricErrors& errors) {
-    nlohmann::ordered_json json;
-    for (int i = 0; i < metric_count; ++i)
-        json[name_of(static_cast<Metric>(i))] = errors[static_cast<std::size_t>(i)];
-    return json;
-}
-
 void add_albedo(nlohmann::ordered_json& json, const LargestAlbedo& albedo) {
     if (std::isfinite(albedo.value))
         json["largest_albedo"] = {
@@ -85,6 +78,13 @@ std::string with_prefix(double value) {
 }
 
 } // namespace
+
+nlohmann::ordered_json errors_json(const MetricErrors& errors) {
+    nlohmann::ordered_json json;
+    for (int i = 0; i < metric_count; ++i)
+        json[name_of(static_cast<Metric>(i))] = errors[static_cast<std::size_t>(i)];
+    return json;
+}
 
 std::string column_name(const std::string& parameter) {
     std::string name;

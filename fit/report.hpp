@@ -36,6 +36,9 @@ struct FitRows {
 /// was better.
 std::vector<std::string> remarks_on(const FitResult& result);
 
+/// The errors by the names of their metrics.
+nlohmann::ordered_json errors_json(const MetricErrors& errors);
+
 /// What a material file says of how it was fitted (its key `fit`).
 nlohmann::ordered_json fit_record(const FitResult& result, const Samples& samples,
                                   const FitOptions& options, const Device& device);

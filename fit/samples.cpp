@@ -132,8 +132,9 @@ void upload_used(const Device& device, const Samples& samples, Metric metric,
     });
 }
 
-// The samples that a fit is to use, in order.
-std::vector<std::uint32_t> usable(const Samples& samples, double max_theta_degrees) {
+} // namespace
+
+std::vector<std::uint32_t> used_samples(const Samples& samples, double max_theta_degrees) {
     const double lowest_cosine = std::cos(max_theta_degrees * degree);
     const float* const iz = samples.directions->plane(Directions::WiZ);
     const float* const oz = samples.directions->plane(Directions::WoZ);
@@ -148,21 +149,19 @@ std::vector<std::uint32_t> usable(const Samples& samples, double max_theta_degre
     std::vector<std::uint32_t> used;
     for (const std::vector<std::uint32_t>& part : parts)
         used.insert(used.end(), part.begin(), part.end());
+    if (used.empty())
+        throw InputError(
+            fmt::format("{}: none of its {} samples is valid with both directions within {} "
+                        "degrees of the normal; expected some",
+                        samples.source, samples.count(), max_theta_degrees));
     return used;
 }
-
-} // namespace
 
 DeviceSamples pack_samples(const Device& device, const Samples& samples, double max_theta_degrees,
                            Metric metric) {
     DeviceSamples packed;
-    packed.used = usable(samples, max_theta_degrees);
+    packed.used = used_samples(samples, max_theta_degrees);
     const Directions& directions = *samples.directions;
-    if (packed.used.empty())
-        throw InputError(fmt::format(
-            "{}: none of its {} samples is valid with both directions within {} degrees of the "
-            "normal; nothing to fit",
-            samples.source, samples.count(), max_theta_degrees));
     // The packed copies are for this file only, the directions are read where they are.
     packed.directions = make_buffer(
         device, directions.data().size() * sizeof(float),

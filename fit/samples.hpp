@@ -37,6 +37,10 @@ struct DeviceSamples {
     std::vector<std::uint32_t> used; ///< the samples' numbers in the file
 };
 
+/// The valid samples with both directions above the horizon and within max_theta degrees, in order.
+/// Throws InputError, naming the file, where there is none.
+std::vector<std::uint32_t> used_samples(const Samples& samples, double max_theta_degrees);
+
 /// Packs the samples. Throws InputError, naming the file, where none is left, and where a buffer is
 /// larger than the device allows.
 DeviceSamples pack_samples(const Device& device, const Samples& samples, double max_theta_degrees,

@@ -31,6 +31,7 @@ def values_agree(program, file, bsdf, folder):
     rng = random.Random(1)
     pairs = [direction(rng.uniform(0.1, 1), rng.uniform(-math.pi, math.pi)) +
              direction(rng.uniform(0.1, 1), rng.uniform(-math.pi, math.pi)) for _ in range(2000)]
+    pairs[::20] = [direction(pair[2], 0) + pair[3:] for pair in pairs[::20]]  # on the x axis exactly
     with open(folder + "/pairs.csv", "w") as out:
         print("wi_x,wi_y,wi_z,wo_x,wo_y,wo_z", file=out)
         for pair in pairs:
@@ -53,8 +54,7 @@ def sampler_agrees(program, material, bsdf, folder):
     context, surface, rng, good = mi.BSDFContext(), mi.SurfaceInteraction3f(), random.Random(2), True
     rows = [row for row in rows_of(folder + "/albedo.csv") if row[0] < math.radians(80)]
     if any(row[1] > 0 for row in rows):
-        # On the x axis Mitsuba takes wi's azimuth for pi, which is beyond the quarter that a file has.
-        rows = [row for row in rows if row[1] > 0][::23]
+        rows = [row for row in rows if row[1] == 0][::3] + rows[::23]
     for theta, phi, *rest in rows:
         albedo = sum(rest[:3]) / 3
         surface.wi = direction(math.cos(theta), phi)

@@ -1,5 +1,6 @@
 #include "bench/again.hpp"
 #include "bench/albedo.hpp"
+#include "bench/formats.hpp"
 #include "bench/native_tasks.hpp"
 #include "bench/opencl.hpp"
 #include "bench/report.hpp"
@@ -67,6 +68,8 @@ int bench_as_child(const Device& device, const Options& options) {
             measure_tasks(options, bench::device_tasks(device, problem, data), device.name, 1, {},
                           results);
     }
+    if (one_thread && wanted(options, bench::rgl_work) && options.samples == 0)
+        results.push_back(bench::measure_rgl(device, 1));
     if (one_thread) {
         measured.peaks.push_back(bench::measure_peaks(device, bytes_read));
         measured.peaks.back().threads = 1;
@@ -108,7 +111,7 @@ void append(bench::Measured& to, const bench::Measured& from) {
 void measure_device(const Device& device, const Options& options, const Globals& globals,
                     bench::Report& report) {
     const std::vector<Problem> problems = bench::problems(options.models);
-    Progress progress(problems.size() + 5, globals.quiet);
+    Progress progress(problems.size() + 6, globals.quiet);
     std::size_t done = 0;
     const Samples data = bench::data_of(device, options.samples);
     report.samples = data.valid_count();
@@ -146,7 +149,12 @@ void measure_device(const Device& device, const Options& options, const Globals&
     progress.show(problems.size() + 3, "a run");
     if (wanted(options, bench::run_work) && options.samples == 0)
         append(measured, {bench::measure_run(device, data), {}});
-    progress.show(problems.size() + 4, "compiling");
+    progress.show(problems.size() + 4, "files");
+    if (wanted(options, bench::rgl_work) && options.samples == 0 && (!one_thread || threads > 1))
+        append(measured, {{bench::measure_rgl(device, threads)}, {}});
+    if (wanted(options, bench::read_work) && options.samples == 0 && report.devices.size() == 1)
+        append(measured, {bench::measure_reading(device, data), {}});
+    progress.show(problems.size() + 5, "compiling");
     if (wanted(options, "compile"))
         report.compile.push_back(bench::measure_compile(device));
 }
@@ -160,7 +168,8 @@ int bench_command(const Options& options, const Globals& globals) {
         return bench_as_child(open_device(globals.device), options);
     for (const std::string& work : options.works)
         if (bench::find_work(work) == nullptr && work != bench::fit_work &&
-            work != bench::table_work && work != bench::run_work && work != "compile")
+            work != bench::table_work && work != bench::run_work && work != bench::read_work &&
+            work != bench::rgl_work && work != "compile")
             throw UsageError(fmt::format("--work {}: unknown; see brdfit bench --help", work));
     bench::problems(options.models);
     std::optional<OutputFile> json; // opened first: a path that cannot be written costs no time
@@ -194,8 +203,10 @@ void add_bench(CLI::App& app, const Globals& globals, Action& action) {
         ->delimiter(',')
         ->allow_extra_args(false);
     command
-        ->add_option("--work", options->works,
-                     fmt::format("with commas, of {}fit, run, table, compile; default: all", names))
+        ->add_option(
+            "--work", options->works,
+            fmt::format("with commas, of {}fit, run, table, read, rgl, compile; default: all",
+                        names))
         ->delimiter(',')
         ->allow_extra_args(false);
     command->add_option("--json", options->json, "file to write the results to, as JSON");

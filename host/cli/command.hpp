@@ -28,6 +28,7 @@ void add_synth(CLI::App& app, const Globals& globals, Action& action);
 void add_convert(CLI::App& app, const Globals& globals, Action& action);
 void add_fit(CLI::App& app, const Globals& globals, Action& action);
 void add_eval(CLI::App& app, const Globals& globals, Action& action);
+void add_compare(CLI::App& app, const Globals& globals, Action& action);
 void add_demo(CLI::App& app, const Globals& globals, Action& action);
 void add_pdf(CLI::App& app, const Globals& globals, Action& action);
 void add_sample(CLI::App& app, const Globals& globals, Action& action);

@@ -1,15 +1,12 @@
 #include "host/cli/command.hpp"
 #include "host/cli/inputs.hpp"
 #include "host/cli/progress.hpp"
-#include "host/evaluate/evaluate.hpp"
-#include "host/evaluate/measured.hpp"
 #include "host/files/columns.hpp"
 #include "host/files/directions.hpp"
 #include "host/version.hpp"
 
 #include <filesystem>
 #include <fmt/format.h>
-#include <optional>
 
 namespace brdfit::cli {
 
@@ -21,22 +18,15 @@ struct Options {
 
 int eval(const Options& options, const Globals& globals) {
     require_columns_ending(options.out);
-    std::optional<Material> material;
-    std::optional<MeasuredBrdf> measured;
-    if (is_measurement(options.file))
-        measured.emplace(options.file);
-    else
-        material = read_material(options.file);
+    const Brdf brdf = read_brdf(options.file);
     Progress progress(3, globals.quiet);
     progress.show(0, options.directions);
     const Directions directions =
         reading(options.directions, FileKind::Directions, read_directions);
     const Device device = open_device(globals.device);
-    const ProgressFunction evaluating = progress.step(1, "evaluating");
-    const std::vector<float> values = measured
-                                          ? measured->evaluate(device, directions, evaluating)
-                                          : evaluate(device, *material, directions, evaluating);
-    const std::vector<std::string>& channels = measured ? measured->channels() : material->channels;
+    const std::vector<float> values =
+        brdf.evaluate(device, directions, progress.step(1, "evaluating"));
+    const std::vector<std::string>& channels = brdf.channels();
     std::vector<std::string> names{"wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z"};
     std::vector<std::vector<float>> columns;
     const std::size_t count = directions.count();

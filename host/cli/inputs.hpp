@@ -1,11 +1,13 @@
 #pragma once
 
 #include "host/error.hpp"
+#include "host/evaluate/brdf.hpp"
 #include "host/measured/kind.hpp"
 #include "host/measured/read.hpp"
 #include "host/model/material.hpp"
 
 #include <fmt/format.h>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -52,6 +54,17 @@ inline bool is_measurement(const std::string& path) {
     const bool json = known.text.empty() && first != std::string_view::npos &&
                       file.bytes()[first] == '{'; // a broken material, most likely
     return known.kind != FileKind::Material && !json;
+}
+
+/// Reads either. `isotropic` is of scattered measurements only: UsageError with a material.
+inline Brdf read_brdf(const std::string& path, std::optional<bool> isotropic = std::nullopt) {
+    if (is_measurement(path))
+        return Brdf(std::make_unique<MeasuredBrdf>(path, isotropic));
+    if (isotropic)
+        throw UsageError(fmt::format(
+            "--isotropic and --anisotropic: {} is a material; expected them with measured files",
+            path));
+    return Brdf(read_material(path));
 }
 
 } // namespace brdfit::cli

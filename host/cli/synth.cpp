@@ -81,7 +81,7 @@ void add_synth(CLI::App& app, const Globals& globals, Action& action) {
     add_material(*command, options->material);
     command
         ->add_option("OUT", options->out,
-                     "file to write: .binary (MERL layout), .csv (scattered) or .npy")
+                     "file to write: .binary (MERL layout), .csv (scattered), .npy or .npz")
         ->required();
     command
         ->add_option("--noise", options->noise,

@@ -16,8 +16,7 @@ namespace {
 
 constexpr double enough_median = 0.0025, enough_high = 0.025;
 constexpr double steepest = 89.5 * degree; // the last theta_i: at the horizon f may be infinite
-constexpr std::size_t test_pairs = 20000, symmetry_pairs = 512;
-constexpr double symmetry_tolerance = 1e-4;
+constexpr std::size_t test_pairs = 20000;
 constexpr std::size_t pairs_a_pass = std::size_t{1} << 20;
 
 /// The wavelength that a channel's name is; 0 where it is none.
@@ -25,32 +24,6 @@ float wavelength_of(const std::string& name) {
     float value = 0;
     const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), value);
     return error == std::errc() && end == name.data() + name.size() && value > 0 ? value : 0;
-}
-
-/// Whether a BRDF is the same where wi and wo are multiplied by (x, y).
-bool same_turned(const BrdfFunction& brdf, double x, double y) {
-    const auto pairs = random_directions(symmetry_pairs, false, 3);
-    Directions turned(pairs->count());
-    for (std::size_t k = 0; k < pairs->count(); ++k) {
-        auto [wi, wo] = pairs->pair(k);
-        for (Vector* v : {&wi, &wo})
-            *v = {x * (*v)[0], y * (*v)[1], (*v)[2]};
-        turned.set(k, wi, wo);
-    }
-    const std::vector<float> a = brdf(*pairs), b = brdf(turned);
-    std::size_t same = 0;
-    for (std::size_t k = 0; k < a.size(); ++k)
-        same += std::abs(a[k] - b[k]) <= symmetry_tolerance * std::max(std::abs(a[k]), 1e-3F);
-    return same * 100 >= a.size() * 99; // measured values may jump at nodes
-}
-
-/// How much of the circle phi_i covers, from -pi on.
-double turn_of(const BrdfFunction& brdf, bool isotropic) {
-    if (isotropic)
-        return 0;
-    if (!same_turned(brdf, -1, -1))
-        return 2 * pi;
-    return same_turned(brdf, 1, -1) ? pi / 2 : pi;
 }
 
 /// The directions of slice `slice`'s nodes, below the horizon too.
@@ -107,15 +80,17 @@ void make_positive(std::vector<float>& luminance, std::size_t nodes) {
     }
 }
 
-RglTables tabulate_at(const BrdfFunction& brdf, const RglChannels& channels, double turn,
-                      const RglSize& size, const ProgressFunction& progress) {
+RglTables tabulate_at(const BrdfFunction& brdf, const RglChannels& channels, const RglSize& size,
+                      const ProgressFunction& progress) {
     RglTables tables;
     tables.channels = channels.names;
     tables.wavelengths = channels.wavelengths;
+    // The whole circle, whatever its symmetries: pbrt-v4 takes no part of it, and Mitsuba takes the
+    // azimuth of the x axis for pi, which a half or a quarter does not reach.
     for (std::size_t p = 0; p < size.phi_i; ++p)
         tables.phi_i.push_back(
             size.phi_i == 1 ? 0.0F
-                            : static_cast<float>(-pi + turn * static_cast<double>(p) /
+                            : static_cast<float>(-pi + 2 * pi * static_cast<double>(p) /
                                                            static_cast<double>(size.phi_i - 1)));
     for (std::size_t t = 0; t < size.theta_i; ++t)
         tables.theta_i.push_back(static_cast<float>(steepest * static_cast<double>(t) /
@@ -232,13 +207,12 @@ RglChannels rgl_channels(const std::vector<std::string>& channels, bool spectral
 Tabulated tabulate(const Device& device, const BrdfFunction& brdf, const RglChannels& channels,
                    bool isotropic, std::optional<RglSize> size, std::size_t most_bytes,
                    const ProgressFunction& progress) {
-    const double turn = turn_of(brdf, isotropic);
     const Directions pairs = pairs_to_test(isotropic);
     const std::vector<float> expected = brdf(pairs);
     const auto made_at = [&](const RglSize& at, const ProgressFunction& told) {
         Tabulated made;
         made.size = at;
-        made.tables = tabulate_at(brdf, channels, turn, at, told);
+        made.tables = tabulate_at(brdf, channels, at, told);
         measure(device, pairs, expected, channels, made);
         return made;
     };
@@ -246,7 +220,7 @@ Tabulated tabulate(const Device& device, const BrdfFunction& brdf, const RglChan
         return made_at(*size, progress);
     RglSize start{1, 16, 32};
     if (!isotropic)
-        start = {turn > 3 ? std::size_t{17} : turn > 2 ? std::size_t{9} : std::size_t{5}, 8, 32};
+        start = {17, 8, 32};
     Tabulated best = made_at(start, {});
     // Each round doubles the axis that helps most.
     for (int round = 1; distance(best) > 1; ++round) {

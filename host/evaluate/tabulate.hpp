@@ -44,8 +44,7 @@ RglChannels rgl_channels(const std::vector<std::string>& channels, bool spectral
 
 /// Tabulates a BRDF as an RGL file: ndf = 1, sigma = 1/4 and vndf = 1, so that the table itself
 /// holds f cos(theta_o) over (u_h, v_h), zero below the horizon. `luminance` is what makes an RGL
-/// sampler's weights even. Isotropic BRDFs have one phi_i; others cover the part of the circle that
-/// their symmetries leave.
+/// sampler's weights even. Isotropic BRDFs have one phi_i; others cover the circle.
 ///
 /// Without `size` the table grows until the relative error at 20,000 random pairs up to 80 degrees
 /// (half of them with the half vector near the normal) is at most 0.25 % in the median and 2.5 % at

@@ -108,6 +108,81 @@ class Header {
     std::string_view rest_;
 };
 
+/// The header of an array's bytes and what follows it.
+struct Parts {
+    Header header;
+    std::string_view data;
+};
+
+Parts parts_of(std::string_view bytes, const std::string& name) {
+    const auto fail = [&](const std::string& message) {
+        throw InputError(fmt::format("{}: .npy header: {}", name, message));
+    };
+    const auto byte = [&](std::size_t i) -> std::size_t {
+        return static_cast<unsigned char>(bytes[i]);
+    };
+    if (!recognise(bytes))
+        fail("expected an array that NumPy wrote");
+    if (bytes.size() < 12)
+        fail("the file ends inside it");
+    const std::size_t version = byte(6);
+    if (version < 1 || version > 3)
+        fail(fmt::format("version {}; expected 1, 2 or 3", version));
+    std::size_t length = byte(8) | byte(9) << 8;
+    if (version > 1)
+        length |= byte(10) << 16 | byte(11) << 24;
+    const std::size_t begin = version == 1 ? 10 : 12;
+    if (length > bytes.size() - begin)
+        fail("the file ends inside it");
+    Parts parts{Header(name, bytes.substr(begin, length)), bytes.substr(begin + length)};
+    if (*parts.header.fortran_order)
+        parts.header.fail("fortran_order is True; expected rows in C order");
+    return parts;
+}
+
+/// Throws InputError unless `bytes` are those of so many values.
+void require_values(const std::string& name, std::size_t bytes, std::size_t rows,
+                    std::size_t columns, std::size_t value_bytes) {
+    // Divide instead of multiplying: the shape may be anything.
+    const std::size_t values = bytes / value_bytes;
+    const bool whole =
+        rows == 0 || columns == 0
+            ? bytes == 0
+            : bytes % value_bytes == 0 && values % columns == 0 && values / columns == rows;
+    if (!whole)
+        throw InputError(fmt::format("{}: {} bytes of data; expected {} x {} values of {} bytes",
+                                     name, bytes, rows, columns, value_bytes));
+}
+
+constexpr std::size_t most_letters = 1024;
+
+void append_utf8(std::string& text, std::uint32_t letter) {
+    if (letter < 0x80) {
+        text += static_cast<char>(letter);
+        return;
+    }
+    const int more = letter < 0x800 ? 1 : letter < 0x10000 ? 2 : 3; // bytes
+    constexpr std::uint32_t first[] = {0, 0xC0, 0xE0, 0xF0};
+    text += static_cast<char>(first[more] | (letter >> 6 * more & 0x3F));
+    for (int k = more - 1; k >= 0; --k)
+        text += static_cast<char>(0x80 | (letter >> 6 * k & 0x3F));
+}
+
+/// The letters of a text that is UTF-8.
+std::vector<std::uint32_t> letters_of(const std::string& text) {
+    std::vector<std::uint32_t> letters;
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte < 0x80)
+            letters.push_back(byte);
+        else if (byte >= 0xC0) // what leads others
+            letters.push_back(byte & (byte < 0xE0 ? 0x1FU : byte < 0xF0 ? 0x0FU : 0x07U));
+        else if (!letters.empty())
+            letters.back() = letters.back() << 6 | (byte & 0x3FU);
+    }
+    return letters;
+}
+
 } // namespace
 
 double Array::at(std::size_t row, std::size_t column) const {
@@ -127,50 +202,75 @@ bool recognise(std::string_view bytes) {
 }
 
 Array read(const MappedFile& file) {
-    const std::string_view bytes = file.bytes();
-    const auto fail = [&](const std::string& message) {
-        throw InputError(fmt::format("{}: .npy header: {}", file.path(), message));
-    };
-    const auto byte = [&](std::size_t i) -> std::size_t {
-        return static_cast<unsigned char>(bytes[i]);
-    };
-    if (bytes.size() < 12)
-        fail("the file ends inside it");
-    const std::size_t version = byte(6);
-    if (version < 1 || version > 3)
-        fail(fmt::format("version {}; expected 1, 2 or 3", version));
-    std::size_t length = byte(8) | byte(9) << 8;
-    if (version > 1)
-        length |= byte(10) << 16 | byte(11) << 24;
-    const std::size_t begin = version == 1 ? 10 : 12;
-    if (length > bytes.size() - begin)
-        fail("the file ends inside it");
+    return read(file.bytes(), file.path());
+}
 
-    const Header header(file.path(), bytes.substr(begin, length));
+Array read(std::string_view bytes, const std::string& name, bool column) {
+    const Parts parts = parts_of(bytes, name);
+    const Header& header = parts.header;
     Array table;
     table.float64 = *header.type == "<f8";
     if (!table.float64 && *header.type != "<f4")
         header.fail("expected the type '<f4' or '<f8' (little-endian float)");
-    if (*header.fortran_order)
-        header.fail("fortran_order is True; expected rows in C order");
-    if (header.shape->size() != 2)
-        header.fail(fmt::format("{} dimensions; expected 2", header.shape->size()));
-    table.rows = (*header.shape)[0];
-    table.columns = (*header.shape)[1];
-    table.data = bytes.data() + begin + length;
-    const std::size_t data_bytes = bytes.size() - begin - length;
-    const std::size_t value_bytes = table.float64 ? sizeof(double) : sizeof(float);
-    // Divide instead of multiplying: the shape may be anything.
-    const std::size_t values = data_bytes / value_bytes;
-    const bool whole = table.rows == 0 || table.columns == 0
-                           ? data_bytes == 0
-                           : data_bytes % value_bytes == 0 && values % table.columns == 0 &&
-                                 values / table.columns == table.rows;
-    if (!whole)
-        throw InputError(fmt::format("{}: {} bytes of data; expected {} x {} values of {} bytes",
-                                     file.path(), data_bytes, table.rows, table.columns,
-                                     value_bytes));
+    const std::vector<std::size_t>& shape = *header.shape;
+    if (shape.size() != 2 && !(column && shape.size() == 1))
+        header.fail(
+            fmt::format("{} dimensions; expected {}2", shape.size(), column ? "1 or " : ""));
+    table.rows = shape[0];
+    table.columns = shape.size() == 1 ? 1 : shape[1];
+    table.data = parts.data.data();
+    require_values(name, parts.data.size(), table.rows, table.columns,
+                   table.float64 ? sizeof(double) : sizeof(float));
     return table;
+}
+
+std::vector<std::string> read_texts(std::string_view bytes, const std::string& name) {
+    const Parts parts = parts_of(bytes, name);
+    const Header& header = parts.header;
+    const std::string_view type = *header.type;
+    const bool wide = type.substr(0, 2) == "<U";
+    std::size_t letters = 0;
+    const auto [end, error] = std::from_chars(type.data() + std::min<std::size_t>(2, type.size()),
+                                              type.data() + type.size(), letters);
+    if ((!wide && type.substr(0, 2) != "|S") || error != std::errc{} ||
+        end != type.data() + type.size() || letters == 0 || letters > most_letters)
+        header.fail(
+            fmt::format("expected texts of at most {} letters (type '<U' or '|S')", most_letters));
+    if (header.shape->size() != 1)
+        header.fail(fmt::format("{} dimensions; expected 1", header.shape->size()));
+    const std::size_t count = (*header.shape)[0], bytes_each = wide ? 4 * letters : letters;
+    require_values(name, parts.data.size(), count, 1, bytes_each);
+    std::vector<std::string> texts;
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::string_view from = parts.data.substr(k * bytes_each, bytes_each);
+        std::string text;
+        if (wide)
+            for (std::size_t i = 0; i < letters; ++i) {
+                std::uint32_t letter;
+                std::memcpy(&letter, from.data() + 4 * i, sizeof letter);
+                append_utf8(text, letter);
+            }
+        else
+            text = from;
+        text.erase(text.find_last_not_of('\0') + 1);
+        texts.push_back(std::move(text));
+    }
+    return texts;
+}
+
+std::string texts(const std::vector<std::string>& texts) {
+    std::vector<std::vector<std::uint32_t>> letters;
+    std::size_t longest = 1;
+    for (const std::string& text : texts) {
+        letters.push_back(letters_of(text));
+        longest = std::max(longest, letters.back().size());
+    }
+    std::string bytes = header({texts.size()}, fmt::format("<U{}", longest));
+    for (std::vector<std::uint32_t>& text : letters) {
+        text.resize(longest);
+        bytes.append(reinterpret_cast<const char*>(text.data()), 4 * longest);
+    }
+    return bytes;
 }
 
 std::string header(std::size_t rows, std::size_t columns) {

@@ -70,6 +70,27 @@ namespace brdfit::zemax {
 bool recognise(std::string_view bytes);
 Samples read(const MappedFile& file, std::optional<bool> isotropic);
 
+/// The angles of a file, ascending, in radians.
+struct Grid {
+    bool plane_symmetric = false; ///< azimuths stand for their mirror images too
+    std::vector<double> rotations, incidences, azimuths, radials;
+
+    std::size_t block() const { return azimuths.size() * radials.size(); }
+    std::size_t blocks() const { return rotations.size() * incidences.size(); }
+};
+
+/// The grid that files are written on: incidences up to 85 degrees, radial angles from half a
+/// degree about the specular direction to 180. Isotropic data is plane-symmetric and has one
+/// rotation.
+Grid written_grid(bool isotropic);
+/// The grid's pairs, [rotation][incidence][azimuth][radial], below the horizon too.
+Directions directions_of(const Grid& grid);
+/// Writes values, [channel][pair], of one channel or of three, X, Y and Z. Each block's TIS is the
+/// integral of f cos(theta_o) that the solid angles about the grid's nodes give. `provenance` lines
+/// head it as `# ` lines.
+void write(const Grid& grid, std::size_t channels, const std::vector<float>& values,
+           const std::string& path, const std::vector<std::string>& provenance);
+
 } // namespace brdfit::zemax
 
 namespace brdfit::alta {
@@ -108,3 +129,13 @@ bool recognise(std::string_view bytes);
 Samples read(const MappedFile& file, std::optional<bool> isotropic);
 
 } // namespace brdfit::npy_samples
+
+namespace brdfit::npz_samples {
+
+/// NumPy archives of the arrays wi (N, 3), wo (N, 3), values (N, channels) or (N,) and, where there
+/// are any, weights (N,) and channels, the names; as write_samples makes them and numpy.savez and
+/// savez_compressed do. Otherwise like .npy.
+bool recognise(std::string_view bytes);
+Samples read(const MappedFile& file, std::optional<bool> isotropic);
+
+} // namespace brdfit::npz_samples

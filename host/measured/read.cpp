@@ -37,14 +37,15 @@ constexpr Format formats[] = {{"scattered CSV", scattered::recognise, scattered:
                               {"ALTA text", alta::recognise, alta::read},
                               {"Zemax BSDF text", zemax::recognise, zemax::read},
                               {"FRED BSDF text", fred::recognise, fred::read},
-                              {"NumPy array", npy_samples::recognise, npy_samples::read}};
+                              {"NumPy array", npy_samples::recognise, npy_samples::read},
+                              {"NumPy archive", npz_samples::recognise, npz_samples::read}};
 // By their size too.
 constexpr Format sized_formats[] = {{"MERL .binary", merl::recognise, read_merl},
                                     {"UTIA .bin", utia::recognise, utia::read}};
 constexpr const char* known_formats =
     "MERL .binary, RGL .bsdf, UTIA .bin, ASTM E1392 text, Cornell spectral text, ALTA text, Zemax "
     "BSDF text, FRED BSDF text, CSV with the columns theta_i,phi_i,theta_o,phi_o and one for each "
-    "channel, .npy that brdfit convert writes";
+    "channel, .npy and .npz that brdfit convert writes";
 
 // The format of a file, or nullptr.
 const Format* format_of(const MappedFile& file) {

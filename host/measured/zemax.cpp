@@ -1,4 +1,5 @@
 #include "host/error.hpp"
+#include "host/files/columns.hpp"
 #include "host/measured/formats.hpp"
 #include "host/measured/rows.hpp"
 
@@ -17,11 +18,9 @@ bool same_word(std::string_view a, std::string_view b) {
     });
 }
 
-/// What stands ahead of the data. Angles are in radians.
-struct Header {
-    bool plane_symmetric = false;
+/// What stands ahead of the data.
+struct Header : Grid {
     std::vector<std::string> channels;
-    std::vector<double> rotations, incidences, azimuths, radials; ///< ascending
 };
 
 /// `count` ascending angles, on one line or more.
@@ -126,8 +125,7 @@ std::vector<float> read_channel(text::Lines& lines, const Header& header, std::s
             lines.fail_file(fmt::format("the file ends within its data; expected {}", what));
         text::split(lines.line(), ' ', words);
     };
-    for (std::size_t block = 0; block < header.rotations.size() * header.incidences.size();
-         ++block) {
+    for (std::size_t block = 0; block < header.blocks(); ++block) {
         for (std::size_t a = 0; a < header.azimuths.size(); ++a) {
             next("a row of values");
             if (a == 0 && words[0] == "TIS") {
@@ -179,6 +177,24 @@ std::vector<double> azimuth_measures(const std::vector<double>& nodes) {
     for (const auto& [least, most] : ranges_of(nodes, nodes.front(), nodes.back()))
         measures.push_back(nodes.size() == 1 ? 2 * pi : most - least);
     return measures;
+}
+
+/// Calls body(wi, wo) for each pair of a grid in the order of directions_of.
+template <typename Body>
+void each_pair(const Grid& grid, Body body) {
+    for (const double rotation : grid.rotations)
+        for (const double incidence : grid.incidences)
+            for (const double azimuth : grid.azimuths)
+                for (const double radial : grid.radials)
+                    body(direction(incidence, rotation),
+                         turned(scattered_direction(incidence, azimuth, radial), rotation));
+}
+
+void write_angles(RowWriter& writer, const char* key, const std::vector<double>& angles) {
+    writer.bytes(fmt::format("{}\t{}\n", key, angles.size()));
+    for (std::size_t i = 0; i < angles.size(); ++i)
+        writer.text(std::round(angles[i] / degree * 1e6) / 1e6,
+                    i + 1 < angles.size() ? '\t' : '\n');
 }
 
 } // namespace
@@ -239,6 +255,71 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
     return rows.samples(fmt::format("Zemax BSDF text, {}",
                                     header.plane_symmetric ? "plane-symmetric" : "asymmetric"),
                         isotropic.value_or(header.rotations.size() == 1));
+}
+
+Grid written_grid(bool isotropic) {
+    // From one angle to another in degrees.
+    const auto steps = [](std::vector<double>& angles, double first, double step, double last) {
+        for (int k = 0; first + k * step <= last; ++k)
+            angles.push_back((first + k * step) * degree);
+    };
+    Grid grid;
+    grid.plane_symmetric = isotropic;
+    steps(grid.rotations, 0, 10, isotropic ? 0 : 360);
+    steps(grid.incidences, 0, 5, 85);
+    steps(grid.azimuths, 0, 10, isotropic ? 180 : 360);
+    steps(grid.radials, 0, 0.5, 4);
+    steps(grid.radials, 5, 1, 10);
+    steps(grid.radials, 12.5, 2.5, 20);
+    steps(grid.radials, 25, 5, 60);
+    steps(grid.radials, 70, 10, 180);
+    return grid;
+}
+
+Directions directions_of(const Grid& grid) {
+    Directions directions(grid.blocks() * grid.block());
+    std::size_t k = 0;
+    each_pair(grid, [&](const Vector& wi, const Vector& wo) { directions.set(k++, wi, wo); });
+    return directions;
+}
+
+void write(const Grid& grid, std::size_t channels, const std::vector<float>& values,
+           const std::string& path, const std::vector<std::string>& provenance) {
+    RowWriter writer(path);
+    for (const std::string& line : provenance)
+        writer.bytes("# " + line + "\n");
+    writer.bytes(fmt::format("Source\tMeasured\nSymmetry\t{}\nSpectralContent\t{}\n"
+                             "ScatterType\tBRDF\n",
+                             grid.plane_symmetric ? "PlaneSymmetrical" : "Asymmetrical4D",
+                             channels == 1 ? "Monochrome" : "XYZ"));
+    write_angles(writer, "SampleRotation", grid.rotations);
+    write_angles(writer, "AngleOfIncidence", grid.incidences);
+    write_angles(writer, "ScatterAzimuth", grid.azimuths);
+    write_angles(writer, "ScatterRadial", grid.radials);
+    std::vector<float> cosines; // of wo
+    each_pair(grid, [&](const Vector&, const Vector& wo) {
+        cosines.push_back(static_cast<float>(std::max(wo[2], 0.0)));
+    });
+    const std::vector<double> of_azimuth = azimuth_measures(grid.azimuths),
+                              of_radial = polar_measures(grid.radials, grid.radials.back());
+    const std::size_t columns = grid.radials.size(), pairs = cosines.size();
+    for (std::size_t channel = 0; channel < channels; ++channel) {
+        writer.bytes(channels == 1 ? "\nMonochrome\nDataBegin\n"
+                                   : fmt::format("\nTristimulus{}\nDataBegin\n", "XYZ"[channel]));
+        const float* const f = values.data() + channel * pairs;
+        for (std::size_t begin = 0; begin < pairs; begin += grid.block()) {
+            double scatter = 0;
+            for (std::size_t k = 0; k < grid.block(); ++k)
+                scatter += (grid.plane_symmetric ? 2 : 1) * of_azimuth[k / columns] *
+                           of_radial[k % columns] * f[begin + k] * cosines[begin + k];
+            writer.bytes(fmt::format("TIS\t{:.6g}\n", scatter));
+            for (std::size_t k = 0; k < grid.block(); ++k)
+                writer.text(f[begin + k], (k + 1) % columns > 0 ? '\t' : '\n');
+            writer.end_row();
+        }
+        writer.bytes("DataEnd\n");
+    }
+    writer.commit();
 }
 
 } // namespace brdfit::zemax

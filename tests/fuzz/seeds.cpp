@@ -4,6 +4,7 @@
 #include "host/device/kernels.hpp"
 #include "host/files/json.hpp"
 #include "host/files/npy.hpp"
+#include "host/files/zip.hpp"
 #include "host/model/catalogue.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/support/examples.hpp"
@@ -112,6 +113,29 @@ void add_measured(Seeds& seeds) {
                            "4 1\n#VS 2\n#PARAM_IN SPHERICAL_TL_PL_TV_PV",
                            "4 1\n#PARAM_IN RUSIN_TH_PH_TD_PD", "6 1\n#PARAM_IN CARTESIAN"})
         seeds.add("alta", std::string("#DIM ") + in + "\n0.1 0.2 0.3 0.4 0.5 0.6 0.7\n");
+    // wi, wo, values, weights and channels of an archive.
+    const auto array = [&](std::vector<std::size_t> shape) {
+        std::size_t bytes = sizeof(float);
+        for (const std::size_t side : shape)
+            bytes *= side;
+        return npy::header(shape, "<f4") +
+               std::string(reinterpret_cast<const char*>(values), bytes);
+    };
+    const std::vector<std::string> arrays = {array({1, 3}), array({1, 3}), array({1, 2}),
+                                             array({1}), npy::texts({"R", "470 nm"})};
+    for (const std::size_t count : {3U, 4U, 5U}) {
+        std::string bytes;
+        for (std::size_t k = 0; k < count; ++k)
+            bytes += arrays[k];
+        seeds.add("npz", bytes);
+        seeds.add_file("npz", [&](const std::string& path) {
+            zip::Writer writer(path);
+            const char* const names[] = {"wi", "wo", "values", "weights", "channels"};
+            for (std::size_t k = 0; k < count; ++k)
+                writer.add(std::string(names[k]) + ".npy", arrays[k], {});
+            writer.commit();
+        });
+    }
     seeds.add("measured", "{}");
     seeds.add("directions", test::npy_example());
     seeds.add("directions", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0.6,0,0.8\n0,0,1,0,0,-1\n");
