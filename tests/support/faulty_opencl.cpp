@@ -1,5 +1,5 @@
 // Stands between a program and its OpenCL driver (LD_PRELOAD) and makes that a bad one:
-//   FAULTY_DEVICE=TEXT    only devices with TEXT in their name; otherwise all
+//   FAULTY_DEVICE=N       only the platform's device of that index; otherwise all
 //   FAULTY_PLATFORM=NAME  what the platform calls itself
 //   FAULTY_BUILD=1        crashes while it builds a program
 //   FAULTY_BINARIES=1     has no binaries of its programs
@@ -25,10 +25,14 @@ Function* real(Function*, const char* name) {
 #define REAL(function) real(function, #function)
 
 bool is_faulty(cl_device_id device) {
-    const char* const part = std::getenv("FAULTY_DEVICE");
-    char name[256] = "";
-    REAL(clGetDeviceInfo)(device, CL_DEVICE_NAME, sizeof name, name, nullptr);
-    return part == nullptr || std::strstr(name, part) != nullptr;
+    const char* const index = std::getenv("FAULTY_DEVICE");
+    if (index == nullptr)
+        return true;
+    cl_platform_id platform = nullptr;
+    cl_device_id devices[16] = {};
+    REAL(clGetDeviceInfo)(device, CL_DEVICE_PLATFORM, sizeof platform, &platform, nullptr);
+    REAL(clGetDeviceIDs)(platform, CL_DEVICE_TYPE_ALL, 16, devices, nullptr);
+    return devices[std::atoi(index) % 16] == device;
 }
 
 // Whether a call is one more than the variable grants.
