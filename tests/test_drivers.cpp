@@ -254,21 +254,27 @@ TEST_F(Runs, fits_that_devices_share_are_those_of_one) {
     for (const std::vector<std::string>& planned :
          {std::vector<std::string>{"-m", "lambert,ward,kurt,ggx"}, many}) {
         plan(planned, "one");
-        plan(planned, "all");
         run_shard(read_plan(folder / "one"), folder / "one", fit_devices(), {});
-        run_shard(read_plan(folder / "all"), folder / "all", devices, options);
         merged("one");
-        merged("all");
-        const auto one = errors_in(folder / "one.sqlite"), all = errors_in(folder / "all.sqlite");
-        ASSERT_EQ(one.size(), all.size());
-        for (std::size_t i = 0; i < one.size(); ++i) {
-            EXPECT_EQ(one[i].first, all[i].first);
-            EXPECT_NEAR(one[i].second, all[i].second, 1e-5 * one[i].second) << one[i].first;
+        const auto one = errors_in(folder / "one.sqlite");
+        std::string used;
+        for (int i = 0; i < 10 && used != "2"; ++i) { // one may be done before the other begins
+            plan(planned, "all");
+            run_shard(read_plan(folder / "all"), folder / "all", devices, options);
+            merged("all");
+            const auto all = errors_in(folder / "all.sqlite");
+            ASSERT_EQ(one.size(), all.size());
+            for (std::size_t k = 0; k < one.size(); ++k) {
+                EXPECT_EQ(one[k].first, all[k].first);
+                EXPECT_NEAR(one[k].second, all[k].second, 1e-5 * one[k].second) << one[k].first;
+            }
+            used = query(folder / "all.sqlite", "SELECT count(DISTINCT device) FROM fits").at(0);
+            fs::remove_all(folder.path() / "all");
+            fs::remove(folder.path() / "all.sqlite");
         }
-        EXPECT_EQ(query(folder / "all.sqlite", "SELECT count(DISTINCT device) FROM fits"),
-                  Names{"2"});
-        for (const char* name : {"one", "all", "one.sqlite", "all.sqlite"})
-            fs::remove_all(folder.path() / name);
+        EXPECT_EQ(used, "2");
+        fs::remove_all(folder.path() / "one");
+        fs::remove(folder.path() / "one.sqlite");
     }
 }
 
@@ -296,7 +302,7 @@ TEST_F(Drivers, a_device_without_memory_leaves_its_fits_to_the_others) {
                 {"--device", "all"});
         EXPECT_EQ(outcome.status, 0) << outcome.err;
         EXPECT_EQ(materials(), 3U);
-        if (buffers <= 5) { // not even the samples; what comes later may be the other's
+        if (buffers == 0) { // what comes later may all be the other's
             EXPECT_NE(outcome.err.find("device 0 (pthread"), std::string::npos) << outcome.err;
         }
     }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -59,6 +60,9 @@ extern "C" void clean_up_and_die(int signal) {
 }
 
 extern "C" void explain_and_die(int signal) {
+    static std::atomic_flag explained = ATOMIC_FLAG_INIT;
+    while (explained.test_and_set()) // another thread crashed first, and ends the program
+        pause();
     const char* const driver = last_build();
     for (const char* text :
          {"brdfit: error: the program crashed", driver != nullptr ? ", perhaps in the driver " : "",
