@@ -239,7 +239,6 @@ TEST_F(Runs, fits_that_devices_share_are_those_of_one) {
     Device other = open_device(index);
     other.name = "another";
     other.form.block /= 2;
-    FitDevices devices({open_device(index), other});
     std::vector<std::string> many{"-m", "lambert,ward,ggx"};
     for (const char* name : {"d", "e", "f", "g"}) {
         many.push_back(folder / fmt::format("{}.csv", name));
@@ -259,6 +258,7 @@ TEST_F(Runs, fits_that_devices_share_are_those_of_one) {
         const auto one = errors_in(folder / "one.sqlite");
         std::string used;
         for (int i = 0; i < 10 && used != "2"; ++i) { // one may be done before the other begins
+            FitDevices devices({open_device(index), other});
             plan(planned, "all");
             run_shard(read_plan(folder / "all"), folder / "all", devices, options);
             merged("all");
