@@ -1,9 +1,9 @@
 #!/bin/sh
 # Installs the packages brdfit needs (Debian 12, as root or with sudo), builds it in build/, and
 #   sh setup.sh demo   synthesises three measured materials and fits all models to them, in demo/
-#   sh setup.sh test   builds and runs the tests
+#   sh setup.sh test   builds and runs the tests, a part of them on two more drivers where these can be had
 #   sh setup.sh check  whether the code is formatted and clang takes it too
-#   sh setup.sh drivers  installs two more OpenCL drivers for CPUs, which tests then run on too
+#   sh setup.sh drivers  gets two more OpenCL drivers for CPUs, into build/, for those tests
 #   sh setup.sh package  makes a Debian package, in build-package/
 set -eu
 cd "$(dirname "$0")"
@@ -14,11 +14,18 @@ libnlopt-dev libeigen3-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-
 libopenexr-dev libpng-dev zlib1g-dev libnanoflann-dev libsqlite3-dev"
 needed_by_tests="libgtest-dev libbenchmark-dev oclgrind"
 needed_by_checks="clang clang-format"
+# What mesa-opencl-icd depends on.
+needed_by_rusticl="libclc-15 libclang-cpp15 libllvmspirvlib15 libllvm15 libdrm2 libdrm-nouveau2 libsensors5 libexpat1
+libzstd1"
 needed_by_package="dpkg-dev file"
 
 usage() {
     sed -n '2,7s/^# \{0,1\}//p' "$0" >&2
     exit 2
+}
+
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo "$@"; fi
 }
 
 # Installs those of the packages that are not there yet.
@@ -30,10 +37,8 @@ install_packages() {
     done
     [ -n "$missing" ] || return 0
     echo "installing$missing"
-    as_root=""
-    [ "$(id -u)" -eq 0 ] || as_root="sudo"
-    $as_root apt-get update -q
-    DEBIAN_FRONTEND=noninteractive $as_root apt-get install -q -y --no-install-recommends $missing
+    as_root apt-get update -q
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing
 }
 
 # configure FOLDER OPTION...: Ninja where the folder is new.
@@ -45,14 +50,24 @@ configure() {
     cmake -S . -B "$folder" $generator "$@"
 }
 
-# Two more OpenCL drivers for CPUs, for the tests that tests/driver.sh chooses: Mesa's rusticl, which stays off
-# where RUSTICL_ENABLE does not name it, and Intel's in build/intel-opencl, which only that script looks for.
-install_drivers() {
-    (install_packages mesa-opencl-icd) || echo "Mesa's rusticl cannot be installed: no tests on it"
+# Two more OpenCL drivers for CPUs, Intel's and Mesa's, in folders where only tests/driver.sh looks for them: the
+# loader would start them with every program, and make one of them the default device.
+get_intel() {
     [ -z "$(find build/intel-opencl -name libintelocl.so 2>/dev/null)" ] || return 0
-    (install_packages python3-venv) && python3 -m venv build/intel-opencl &&
-        build/intel-opencl/bin/pip install -q --retries 1 --timeout 20 intel-opencl-rt intel-cmplr-lib-rt ||
-        echo "Intel's CPU runtime cannot be installed: no tests on it"
+    install_packages python3-venv && python3 -m venv build/intel-opencl &&
+        build/intel-opencl/bin/pip install -q --retries 1 --timeout 20 intel-opencl-rt intel-cmplr-lib-rt
+}
+get_rusticl() {
+    [ ! -e build/rusticl-opencl/usr ] || return 0
+    mkdir -p build/rusticl-opencl && install_packages $needed_by_rusticl && (
+        cd build/rusticl-opencl
+        apt-get download -q mesa-opencl-icd || { as_root apt-get update -q && apt-get download -q mesa-opencl-icd; }
+        dpkg-deb -x mesa-opencl-icd_*.deb . && rm mesa-opencl-icd_*.deb
+    )
+}
+get_drivers() {
+    get_intel || echo "Intel's CPU runtime cannot be had (PyPI: intel-opencl-rt): no tests on it"
+    get_rusticl || echo "Mesa's rusticl cannot be had (Debian: mesa-opencl-icd): no tests on it"
 }
 
 build() {
@@ -79,11 +94,12 @@ demo)
     ;;
 test)
     install_packages $needed $needed_by_tests
+    get_drivers
     build -DBUILD_TESTING=ON -DBRDFIT_BENCH=ON
     ctest --test-dir build --output-on-failure --no-tests=error -j "$(nproc)"
     ;;
 drivers)
-    install_drivers
+    get_drivers
     ;;
 check)
     install_packages $needed $needed_by_checks

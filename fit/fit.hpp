@@ -13,8 +13,6 @@
 #include "host/model/material.hpp"
 #include "host/progress.hpp"
 
-#include <exception>
-#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -87,15 +85,7 @@ struct FitResult {
     }
 };
 
-/// One of several fits to a file: its result, or what it failed with.
-struct FitOutcome {
-    std::size_t index; ///< of its structure
-    std::optional<FitResult> result;
-    std::exception_ptr failure;
-};
-
-/// Fits at once that keep the device and the host busy.
-std::size_t fits_at_once(const Device& device);
+class FitQueue; // of fit_all.cpp
 
 /// Fits structures to one file's samples. The samples must outlive it.
 class FileFitter {
@@ -109,15 +99,9 @@ class FileFitter {
     /// extends are fitted too, once, as they are among its starting points.
     FitResult fit(const Structure& structure, const ProgressFunction& progress = {});
 
-    /// Fits them all, up to `jobs` at once, each on a command queue of its own. Before each fit
-    /// calls `next` with its index, for its progress, and after it `done`, never two calls at once,
-    /// from any thread. Results are the same to the bit whatever `jobs`, but for their seconds.
-    /// What `next` or `done` throw comes out of here, after the fits under way. Begins no more fits
-    /// where `stop`, which any thread may ask at any time, says so.
-    void fit_all(const std::vector<Structure>& structures, std::size_t jobs,
-                 const std::function<ProgressFunction(std::size_t index)>& next,
-                 const std::function<void(FitOutcome)>& done,
-                 const std::function<bool()>& stop = {});
+    /// Makes fits of a queue until none is left for this device, several at once, each on a command
+    /// queue of its own.
+    void fit_from(FitQueue& queue, std::size_t device);
 
   private:
     struct Fitted {

@@ -1,7 +1,7 @@
 #!/bin/sh
 # A chosen part of the tests on another OpenCL driver: values, derivatives, sums, samples, albedos, generator, a fit.
 #   sh tests/driver.sh intel|rusticl [FORM]   FORM as for BRDFIT_FORM; run in the folder of the built tests
-# Exit status: 0 passed, 77 the driver is not there (`sh setup.sh drivers` installs it).
+# Exit status: 0 passed, 77 the driver is not there (`sh setup.sh drivers` gets it).
 set -eu
 driver=$1
 folder=$PWD/driver-$driver${2:+-$2}
@@ -11,17 +11,18 @@ case "$driver" in
 intel)
     library=$(find ../intel-opencl -name libintelocl.so 2>/dev/null | head -n 1)
     [ -n "$library" ] || {
-        echo "skipped: Intel's CPU runtime (PyPI: intel-opencl-rt) is not installed"
+        echo "skipped: Intel's CPU runtime (PyPI: intel-opencl-rt) is not there"
         exit 77
     }
     realpath "$library" >"$folder/intel.icd"
     ;;
 rusticl)
-    [ -e /etc/OpenCL/vendors/rusticl.icd ] || {
-        echo "skipped: Mesa's rusticl (Debian: mesa-opencl-icd) is not installed"
+    library=$(find ../rusticl-opencl -name libRusticlOpenCL.so.1 2>/dev/null | head -n 1)
+    [ -n "$library" ] || {
+        echo "skipped: Mesa's rusticl (Debian: mesa-opencl-icd) is not there"
         exit 77
     }
-    cp /etc/OpenCL/vendors/rusticl.icd "$folder"
+    realpath -s "$library" >"$folder/rusticl.icd"
     export RUSTICL_ENABLE=llvmpipe
     ;;
 *)

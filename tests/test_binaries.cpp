@@ -41,6 +41,8 @@ class Binaries : public testing::Test {
         return paths;
     }
 
+    // Opened before: it may be asked for its form by programs of its own.
+    const Device& device_ = device();
     TemporaryFolder folder_;
     const std::string path_ = folder_ / "new/folder";
     const Variable variable_{"BRDFIT_CACHE", path_.c_str()};

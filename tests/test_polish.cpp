@@ -285,21 +285,23 @@ TEST(Fit, takes_few_evaluations_on_all_samples) {
 
 std::vector<FitResult> all_fits(std::size_t jobs, const FitOptions& options,
                                 const std::vector<Structure>& structures) {
-    FileFitter fitter(device(), test::programs(), odd_measurement(), options);
     std::vector<FitResult> results(structures.size());
     std::size_t begun = 0, ended = 0;
-    fitter.fit_all(
-        structures, jobs,
-        [&](std::size_t) {
-            ++begun;
-            return ProgressFunction{};
-        },
-        [&](FitOutcome outcome) {
-            ++ended;
-            if (outcome.failure)
-                std::rethrow_exception(outcome.failure);
-            results.at(outcome.index) = std::move(*outcome.result);
-        });
+    FitPlace place;
+    place.at_once = jobs;
+    FitCalls calls;
+    calls.next = [&](std::size_t) {
+        ++begun;
+        return ProgressFunction{};
+    };
+    calls.done = [&](FitOutcome outcome) {
+        ++ended;
+        if (outcome.failure)
+            std::rethrow_exception(outcome.failure);
+        results.at(outcome.index) = std::move(*outcome.result);
+    };
+    EXPECT_FALSE(
+        fit_all(test::fit_devices(), odd_measurement(), options, structures, place, calls));
     EXPECT_EQ(begun, structures.size());
     EXPECT_EQ(ended, structures.size());
     return results;
@@ -346,21 +348,25 @@ TEST(FitAll, gives_the_same_bits_with_random_starts_other_metrics_and_limits) {
 TEST(FitAll, one_that_fails_does_not_touch_the_others) {
     FitOptions options;
     options.start = typical_material(structure_named("ward", 1, "", true));
-    FileFitter fitter(device(), test::programs(), odd_measurement(), options);
     std::size_t done = 0, failed = 0;
     const std::vector<Structure> structures{structure_named("kurt", 1, "", true),
                                             structure_named("ward", 1, "", true)};
-    fitter.fit_all(structures, 2, {}, [&](const FitOutcome& outcome) {
+    FitPlace place;
+    FitCalls calls;
+    calls.done = [&](const FitOutcome& outcome) {
         done += outcome.result ? 1 : 0;
         failed += outcome.failure ? 1 : 0;
         EXPECT_EQ(outcome.result.has_value(), outcome.index == 1);
-    });
+    };
+    const auto fit_them = [&] {
+        return fit_all(test::fit_devices(), odd_measurement(), options, structures, place, calls);
+    };
+    EXPECT_FALSE(fit_them());
     EXPECT_EQ(done, 1U);
     EXPECT_EQ(failed, 1U);
-    for (const std::size_t jobs : {1, 2}) // what a caller throws comes out
-        EXPECT_THROW(fitter.fit_all(structures, jobs, {},
-                                    [](const FitOutcome&) { throw InputError("enough"); }),
-                     InputError);
+    calls.done = [](const FitOutcome&) { throw InputError("enough"); }; // comes out
+    for (place.at_once = 1; place.at_once <= 2; ++place.at_once)
+        EXPECT_THROW(fit_them(), InputError);
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #include "fit/runs/run.hpp"
 #include "host/files/append.hpp"
 #include "tests/support/bad_files.hpp"
+#include "tests/support/fits.hpp"
 #include "tests/support/runs.hpp"
 
 #include <algorithm>
@@ -168,7 +169,7 @@ TEST_F(BrokenRuns, a_log_cut_at_any_byte_of_its_last_two_lines_resumes) {
         std::size_t made = 0;
         RunOptions options;
         options.finished = [&](const Task&, const std::string&) { ++made; };
-        EXPECT_EQ(run_shard(planned, folder / "run", device(), options).failed, 3U) << bytes;
+        EXPECT_EQ(run_shard(planned, folder / "run", fit_devices(), options).failed, 3U) << bytes;
         EXPECT_EQ(made, 3 - kept) << bytes;
         const ShardLog resumed = read_log(folder / "run", {});
         EXPECT_EQ(resumed.rows.size(), 3U) << bytes;

@@ -4,6 +4,7 @@
 #include "fit/runs/merge.hpp"
 #include "fit/runs/run.hpp"
 #include "host/files/append.hpp"
+#include "tests/support/fits.hpp"
 #include "tests/support/runs.hpp"
 
 #include <algorithm>
@@ -210,14 +211,14 @@ TEST_F(Runs, a_result_does_not_depend_on_what_was_fitted_before) {
             ASSERT_EQ(run_program(command).status, 0);
         }
         const Plan planned = read_plan(folder / "whole");
-        run_shard(planned, folder / "whole", device(), {});
+        run_shard(planned, folder / "whole", fit_devices(), {});
         std::size_t made = 0;
         RunOptions one; // task at a time, with nothing known of the others
         one.fits_at_once = 1;
         one.finished = [&](const Task&, const std::string&) { ++made; };
         one.stop = [&] { return made > 0; };
         for (std::size_t i = 0; i < planned.tasks.size(); ++i, made = 0)
-            EXPECT_EQ(run_shard(planned, folder / "parts", device(), one).left,
+            EXPECT_EQ(run_shard(planned, folder / "parts", fit_devices(), one).left,
                       planned.tasks.size() - i - 1);
         EXPECT_EQ(merged("parts"), merged("whole")) << options[1];
         std::filesystem::remove_all(folder.path() / "whole");

@@ -1,6 +1,6 @@
 #include "fit/cli/fit_files.hpp"
 
-#include "fit/programs.hpp"
+#include "fit/fit_all.hpp"
 #include "fit/report.hpp"
 #include "host/cli/inputs.hpp"
 #include "host/cli/progress.hpp"
@@ -30,11 +30,12 @@ void check_folder(const std::string& folder) {
     OutputFile probe((std::filesystem::path(folder) / ".brdfit").string());
 }
 
-void report_speed(const FitResult& r) {
-    spdlog::debug("{} {}: build {:.3f} s, search {:.3f} s ({} thinned evaluations), polish {:.3f} "
+void report_speed(const FitResult& r, const Device& device) {
+    spdlog::debug("{} {} on device {}: build {:.3f} s, search {:.3f} s ({} thinned evaluations), "
+                  "polish {:.3f} "
                   "s ({} passes over {} "
                   "samples, {:.0f} million samples/s)",
-                  r.model, r.material.lobes.size(), r.build_seconds, r.search_seconds,
+                  r.model, r.material.lobes.size(), device.index, r.build_seconds, r.search_seconds,
                   r.thinned_evaluations, r.polish_seconds, r.passes, r.samples,
                   r.samples_per_second() / 1e6);
 }
@@ -57,41 +58,37 @@ void build_ahead(const FitRequest& request, ProgramCache& programs) noexcept {
     }
 }
 
-// Fits all structures asked for to one file; what fails is reported and noted.
-void fit_file(const FitRequest& request, const Device& device, ProgramCache& programs,
-              const std::string& file, const std::string& stem,
-              const std::function<Samples()>& read,
-              const std::function<ProgressFunction(const std::string& next)>& next,
+// Fits all structures asked for to one file, after `before` fits to others; what fails is reported
+// and noted.
+void fit_file(const FitRequest& request, FitDevices& devices, const std::string& file,
+              const std::string& stem, const std::function<Samples()>& read, std::size_t before,
               Progress& progress, FitRows& rows) {
     std::optional<Samples> samples;
-    std::optional<FileFitter> fitter;
     const auto failed = [&](const std::string& model, std::size_t lobes, const std::string& why) {
         progress.clear();
         spdlog::error("{}",
                       model.empty() ? why : fmt::format("{}: {} {}: {}", file, model, lobes, why));
         rows.failed.push_back({file, model, lobes, why});
     };
-    try {
-        samples.emplace(read());
-        fitter.emplace(device, programs, *samples, request.options);
-    } catch (const UsageError&) {
-        throw;
-    } catch (const std::exception& error) {
-        failed("", 0, message_naming(file, error));
-        return;
-    }
-    const std::vector<Structure> structures = structures_of(request, samples->isotropic);
-    std::vector<std::optional<FitRow>> fitted(structures.size());
+    std::vector<Structure> structures;
+    std::vector<std::optional<FitRow>> fitted;
+    std::size_t ended = before;
+    const auto next = [&](std::size_t i) {
+        return progress.step(
+            ended, fmt::format("{} {} {}", stem, structures[i].name(), structures[i].lobes.size()));
+    };
     const auto done = [&](FitOutcome outcome) {
         const Structure& structure = structures[outcome.index];
+        ++ended;
         try {
             if (outcome.failure)
                 std::rethrow_exception(outcome.failure);
             FitRow row{file, material_path(request, stem, structure), std::move(*outcome.result)};
-            row.result.material.fit = fit_record(row.result, *samples, request.options, device);
+            row.result.material.fit =
+                fit_record(row.result, *samples, request.options, *outcome.device);
             write_material(row.result.material, row.material_file);
             progress.clear();
-            report_speed(row.result);
+            report_speed(row.result, *outcome.device);
             fitted[outcome.index] = std::move(row);
         } catch (const UsageError&) {
             throw;
@@ -99,13 +96,18 @@ void fit_file(const FitRequest& request, const Device& device, ProgramCache& pro
             failed(structure.name(), structure.lobes.size(), message_of(error));
         }
     };
-    fitter->fit_all(
-        structures, fits_at_once(device),
-        [&](std::size_t i) {
-            return next(
-                fmt::format("{} {} {}", stem, structures[i].name(), structures[i].lobes.size()));
-        },
-        done);
+    try {
+        samples.emplace(read());
+        structures = structures_of(request, samples->isotropic);
+        fitted.resize(structures.size());
+        if (const std::exception_ptr hindrance =
+                fit_all(devices, *samples, request.options, structures, {}, {next, done, {}}))
+            std::rethrow_exception(hindrance);
+    } catch (const UsageError&) {
+        throw;
+    } catch (const std::exception& error) {
+        failed("", 0, message_naming(file, error));
+    }
     for (std::optional<FitRow>& row : fitted)
         if (row)
             rows.done.push_back(std::move(*row));
@@ -120,13 +122,13 @@ int fit_files(const FitRequest& request, bool json, const Globals& globals) {
     };
     // Opening a device takes as long as a third of a fit.
     std::future<Samples> first = std::async(read, request.files.front());
-    const Device device = open_device(globals.device);
-    spdlog::debug("device {}: {}", device.index, device.name);
+    FitDevices devices(open_devices(globals.device));
+    for (std::size_t d = 0; d < devices.size(); ++d)
+        spdlog::debug("device {}: {}", devices[d].device.index, devices[d].device.name);
     std::error_code unknown; // said by check_folder
     const bool folder_is_new = !std::filesystem::exists(request.folder, unknown);
     check_folder(request.folder);
-    ProgramCache programs(device);
-    const std::future<void> ahead = std::async([&] { build_ahead(request, programs); });
+    const std::future<void> ahead = std::async([&] { build_ahead(request, devices[0].programs); });
     const std::vector<std::string> stems = distinct_stems(request.files);
     FitRows rows;
     const std::size_t fits_a_file = structures_of(request, true).size();
@@ -134,12 +136,10 @@ int fit_files(const FitRequest& request, bool json, const Globals& globals) {
     for (std::size_t f = 0; f < request.files.size(); ++f) {
         const std::string& file = request.files[f];
         const std::size_t first_row = rows.done.size();
-        std::size_t done = f * fits_a_file;
-        progress.show(done, file);
+        progress.show(f * fits_a_file, file);
         fit_file(
-            request, device, programs, file, stems[f],
-            [&] { return f == 0 ? first.get() : read(file); },
-            [&](const std::string& next) { return progress.step(done++, next); }, progress, rows);
+            request, devices, file, stems[f], [&] { return f == 0 ? first.get() : read(file); },
+            f * fits_a_file, progress, rows);
         if (!json && rows.done.size() > first_row) {
             progress.clear();
             std::vector<const FitRow*> of_file;

@@ -113,7 +113,7 @@ int run_shard(const Options& options, const Globals& globals) {
     run.retry_failed = options.retry_failed;
     const Plan plan = read_plan(options.folder);
     const StopSignals signals(globals.quiet); // before the device: drivers make threads
-    const Device device = open_device(globals.device);
+    FitDevices devices(open_devices(globals.device));
     run.stop = [&] {
         const std::chrono::duration<double> so_far = std::chrono::steady_clock::now() - started;
         return signals.asked() || (options.max_time > 0 && so_far.count() >= options.max_time);
@@ -122,7 +122,7 @@ int run_shard(const Options& options, const Globals& globals) {
     run.begin = [&](std::size_t tasks) { progress.emplace(tasks, globals.quiet); };
     run.next = [&](const Task& task, std::size_t done) {
         // The share of one task says nothing where several are at work.
-        if (options.jobs == 1)
+        if (options.jobs == 1 && devices.size() == 1)
             return progress->step(done, name_of(plan, task));
         progress->show(done, name_of(plan, task));
         return ProgressFunction{};
@@ -137,7 +137,7 @@ int run_shard(const Options& options, const Globals& globals) {
             spdlog::error("{}: {}", name_of(plan, task), reason);
         told = reason;
     };
-    const ShardCounts counts = brdfit::run_shard(plan, options.folder, device, run);
+    const ShardCounts counts = brdfit::run_shard(plan, options.folder, devices, run);
     progress->clear();
     fmt::print("shard {}: {} done, {} failed, {} left\n", run.shard.name(), counts.done,
                counts.failed, counts.left);

@@ -1,5 +1,6 @@
 #include "fit/runs/plan.hpp"
 
+#include "fit/devices.hpp"
 #include "fit/structures.hpp"
 #include "host/error.hpp"
 #include "host/files/file.hpp"
@@ -223,11 +224,7 @@ Json settings_json(const Plan& plan) {
 }
 
 double Task::cost() const {
-    // As measured: a lobe more takes several times as long, and so do losses that are not
-    // quadratic.
-    constexpr double by_lobes[] = {0.1, 1, 6, 12, 20};
-    return by_lobes[std::min<std::size_t>(structure.lobes.size(), max_lobes)] *
-           (quadratic(metric) ? 1 : 4);
+    return cost_of(structure, metric);
 }
 
 std::string Plan::path_of(const PlannedFile& file) const {

@@ -1,6 +1,6 @@
 #include "fit/runs/run.hpp"
 
-#include "fit/programs.hpp"
+#include "fit/fit_all.hpp"
 #include "fit/report.hpp"
 #include "host/device/errors.hpp"
 #include "host/error.hpp"
@@ -53,38 +53,74 @@ std::vector<FileTasks> work_of(const Plan& plan, const RunLogs& logs, const RunO
     return files;
 }
 
+// Files for each device that are enough for it to take whole ones, which spares copies of their
+// samples on the others; but the last one is waited for.
+constexpr std::size_t enough_files = 3;
+
 class Runner {
   public:
-    Runner(const Plan& plan, const Device& device, const RunOptions& options, AppendFile& log)
-        : plan_(plan), device_(device), options_(options), log_(log), programs_(device),
-          host_(host_name()) {}
+    Runner(const Plan& plan, FitDevices& devices, const RunOptions& options, AppendFile& log,
+           const std::vector<FileTasks>& files)
+        : plan_(plan), devices_(devices), options_(options), log_(log), files_(files),
+          jobs_(static_cast<std::size_t>(std::max(options.jobs, 1))), host_(host_name()) {
+        for (const FileTasks& file : files)
+            left_ += cost(file);
+    }
 
-    // Fits files until none is left or it is time to stop, `jobs` at once.
-    void run(const std::vector<FileTasks>& files) {
-        std::vector<std::thread> threads;
-        const auto jobs =
-            std::min(static_cast<std::size_t>(std::max(options_.jobs, 1)), files.size());
-        threads.reserve(jobs);
-        try {
-            for (std::size_t i = 1; i < jobs; ++i)
-                threads.emplace_back([&] { work(files); });
-        } catch (const std::exception&) { // no more threads or memory: those there do it all
+    // Fits files until none is left or it is time to stop, several at once.
+    void run() {
+        const bool whole = files_.size() >= enough_files * devices_.size();
+        std::vector<Home> homes; // of the threads
+        for (std::size_t job = 0; job < jobs_; ++job)
+            for (std::size_t d = 0; d < (whole ? devices_.size() : 1); ++d)
+                homes.push_back(whole ? Home(d) : std::nullopt);
+        homes.resize(std::min(homes.size(), files_.size()));
+        // Again where devices left files to others that had ended.
+        while (next_file_ < files_.size() && !stopping()) {
+            std::vector<std::thread> threads;
+            for (std::size_t i = 1; i < homes.size(); ++i)
+                try {
+                    threads.emplace_back([this, home = homes[i]] { work(home); });
+                } catch (const std::exception&) { // no more threads or memory
+                    work(homes[i]);
+                }
+            work(homes[0]);
+            for (std::thread& thread : threads)
+                thread.join();
         }
-        work(files);
-        for (std::thread& thread : threads)
-            thread.join();
         if (failure_)
             std::rethrow_exception(failure_);
     }
 
   private:
-    void work(const std::vector<FileTasks>& files) {
+    // The device whose files a thread fits; none: all devices share them.
+    using Home = std::optional<std::size_t>;
+
+    static double cost(const FileTasks& file) {
+        double sum = 0;
+        for (const Task* task : file)
+            sum += task->cost();
+        return sum;
+    }
+
+    // The next file for a thread, or nullptr.
+    const FileTasks* take(const Home& home) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (next_file_ == files_.size() || stopping())
+            return nullptr;
+        const FileTasks& file = files_[next_file_];
+        const std::vector<bool> all(devices_.size(), true);
+        if (home && !devices_.pays(*home, cost(file), left_, all, 1 / static_cast<double>(jobs_)))
+            return nullptr;
+        ++next_file_;
+        left_ -= cost(file);
+        return &file;
+    }
+
+    void work(const Home& home) {
         try {
-            Device device =
-                device_; // with a queue of its own, so that files do not wait for others
-            device.queue = cl::CommandQueue(device.context, device.handle);
-            for (std::size_t i = next_file_++; i < files.size() && !stopping(); i = next_file_++)
-                fit_file(device, files[i]);
+            while (const FileTasks* file = take(home))
+                fit_file(home, *file);
         } catch (...) {
             const std::lock_guard<std::mutex> lock(mutex_);
             if (!failure_)
@@ -95,7 +131,7 @@ class Runner {
 
     bool stopping() const { return stopped_ || (options_.stop && options_.stop()); }
 
-    void fit_file(const Device& device, const FileTasks& tasks) {
+    void fit_file(const Home& home, const FileTasks& tasks) {
         const PlannedFile& file = plan_.files[tasks.front()->file];
         std::optional<Samples> samples;
         std::string unreadable;
@@ -116,57 +152,54 @@ class Runner {
                              [&](const Task* task) { return task->metric != metric; });
             const FileTasks of_metric(tasks.begin() + static_cast<std::ptrdiff_t>(first), end);
             first += of_metric.size();
-            const std::string problem =
-                unreadable.empty() ? fit_tasks(device, of_metric, *samples) : unreadable;
-            if (!problem.empty())
-                for (const Task* task : of_metric)
-                    if (!stopping())
-                        fail(*task, problem);
+            if (unreadable.empty())
+                fit_tasks(home, of_metric, *samples);
+            else
+                fail(of_metric, unreadable);
         }
     }
 
-    // Fits the tasks of one metric, several at once. Returns what hinders all of them, or nothing.
-    std::string fit_tasks(const Device& device, const FileTasks& tasks, const Samples& samples) {
-        std::optional<FileFitter> fitter;
+    // Fits the tasks of one metric, several at once.
+    void fit_tasks(const Home& home, FileTasks tasks, const Samples& samples) {
         std::vector<Structure> structures;
         for (const Task* task : tasks) {
             structures.push_back(task->structure);
             structures.back().isotropic = samples.isotropic;
         }
-        try {
-            fitter.emplace(device, programs_, samples, plan_.options_of(*tasks.front()));
-        } catch (const std::exception& error) {
-            return message_of(error);
-        }
-        const auto at_once = static_cast<std::size_t>(options_.fits_at_once);
-        const auto jobs = static_cast<std::size_t>(std::max(options_.jobs, 1));
-        fitter->fit_all(
-            structures,
-            at_once > 0 ? at_once : std::max<std::size_t>(fits_at_once(device) / jobs, 1),
-            [&](std::size_t i) { return begin(*tasks[i]); },
-            [&](FitOutcome outcome) {
-                const Task& task = *tasks[outcome.index];
-                std::optional<Json> row;
-                std::string reason;
-                try {
-                    if (outcome.failure)
-                        std::rethrow_exception(outcome.failure);
-                    row = row_of(task, std::move(*outcome.result), samples);
-                } catch (const std::exception& error) {
-                    reason = message_of(error);
-                }
-                if (row)
-                    record(task, *row, "");
-                else
-                    record_failure(task, reason);
-            },
-            [&] { return stopping(); });
-        return "";
+        FitCalls calls;
+        calls.next = [&](std::size_t i) { return begin(*tasks[i]); };
+        calls.done = [&](FitOutcome outcome) {
+            const Task& task = *std::exchange(tasks[outcome.index], nullptr);
+            std::optional<Json> row;
+            std::string reason;
+            try {
+                if (outcome.failure)
+                    std::rethrow_exception(outcome.failure);
+                row = row_of(task, std::move(*outcome.result), samples, *outcome.device);
+            } catch (const std::exception& error) {
+                reason = message_of(error);
+            }
+            if (row)
+                record(task, *row, "");
+            else
+                record_failure(task, reason);
+        };
+        calls.stop = [&] { return stopping(); };
+        const FitOptions fit_options = plan_.options_of(*tasks.front());
+        const FitPlace place{home, jobs_, static_cast<std::size_t>(options_.fits_at_once)};
+        const std::exception_ptr hindrance =
+            fit_all(devices_, samples, fit_options, structures, place, calls);
+        if (hindrance)
+            fail(tasks, message_of(hindrance));
     }
 
-    void fail(const Task& task, const std::string& reason) {
-        begin(task);
-        record_failure(task, reason);
+    // Tasks that cannot be begun; nullptr: one that was made.
+    void fail(const FileTasks& tasks, const std::string& reason) {
+        for (const Task* task : tasks)
+            if (task != nullptr && !stopping()) {
+                begin(*task);
+                record_failure(*task, reason);
+            }
     }
 
     ProgressFunction begin(const Task& task) {
@@ -184,8 +217,9 @@ class Runner {
 
     // Everything that is to be known of a fit: its material file as `fit` writes it, and what that
     // does not say.
-    Json row_of(const Task& task, FitResult result, const Samples& samples) const {
-        result.material.fit = fit_record(result, samples, plan_.options_of(task), device_);
+    Json row_of(const Task& task, FitResult result, const Samples& samples,
+                const Device& device) const {
+        result.material.fit = fit_record(result, samples, plan_.options_of(task), device);
         Json row = head(task, "done");
         row["times"] = {{"build_seconds", result.build_seconds},
                         {"search_seconds", result.search_seconds},
@@ -212,14 +246,16 @@ class Runner {
     }
 
     const Plan& plan_;
-    const Device& device_;
+    FitDevices& devices_;
     const RunOptions& options_;
     AppendFile& log_;
-    ProgramCache programs_;
+    const std::vector<FileTasks>& files_;
+    const std::size_t jobs_;
     const std::string host_;
-    std::atomic<std::size_t> next_file_{0};
     std::atomic<bool> stopped_{false};
     std::mutex mutex_; // of all below, the log and the functions of the options
+    std::size_t next_file_ = 0;
+    double left_ = 0; // what the files from there on cost
     std::size_t finished_ = 0;
     std::exception_ptr failure_;
 };
@@ -235,7 +271,7 @@ ShardCounts counts_of(const Plan& plan, const Shard& shard, const RunLogs& logs)
     return counts;
 }
 
-ShardCounts run_shard(const Plan& plan, const std::string& folder, const Device& device,
+ShardCounts run_shard(const Plan& plan, const std::string& folder, FitDevices& devices,
                       const RunOptions& options) {
     const std::string path = log_path(folder, options.shard);
     make_output_folder(std::filesystem::path(path).parent_path().string());
@@ -255,7 +291,7 @@ ShardCounts run_shard(const Plan& plan, const std::string& folder, const Device&
     std::error_code was_none;
     std::filesystem::remove(done, was_none);
     if (tasks > 0)
-        Runner(plan, device, options, log).run(files);
+        Runner(plan, devices, options, log, files).run();
     const ShardCounts counts = counts_of(plan, options.shard, read_logs(folder));
     if (counts.left == 0) {
         OutputFile file(done);

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "fit/devices.hpp"
 #include "fit/runs/log.hpp"
-#include "host/device/device.hpp"
 
 #include <functional>
 #include <string>
@@ -13,8 +13,8 @@ namespace brdfit {
 struct RunOptions {
     Shard shard;
     // In threads; results are the same whatever they are.
-    int jobs = 1;         ///< files fitted to at once
-    int fits_at_once = 0; ///< to one file; 0: as many as keep the device busy
+    int jobs = 1;         ///< files fitted to at once, on each device that has files of its own
+    int fits_at_once = 0; ///< to one file, on a device; 0: as many as keep the device busy
     bool retry_failed = false;
     std::function<bool()> stop; ///< whether no further task is to be begun
     /// Before the first task: how many are to be made.
@@ -31,12 +31,13 @@ struct ShardCounts {
 };
 ShardCounts counts_of(const Plan& plan, const Shard& shard, const RunLogs& logs);
 
-/// Fits what is left of a shard. A file is read and uploaded once for all its tasks. Each finished
-/// task is a line of the shard's log, on the disk before the next begins; a task that fails is one
-/// with its reason, and the others go on. What any log of the run has is not made again. Where
-/// nothing is left, the file done_path says so. Throws InputError where the shard is being run by
-/// another process, and where a log cannot be written; what was finished before stays.
-ShardCounts run_shard(const Plan& plan, const std::string& folder, const Device& device,
+/// Fits what is left of a shard. A file is read once for all its tasks. Several devices take whole
+/// files where there are enough, otherwise they share the fits to each. Each finished task is a
+/// line of the shard's log, on the disk before the next begins; a task that fails is one with its
+/// reason, and the others go on. What any log of the run has is not made again. Where nothing is
+/// left, the file done_path says so. Throws InputError where the shard is being run by another
+/// process, and where a log cannot be written; what was finished before stays.
+ShardCounts run_shard(const Plan& plan, const std::string& folder, FitDevices& devices,
                       const RunOptions& options);
 
 } // namespace brdfit

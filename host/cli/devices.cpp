@@ -20,7 +20,8 @@ std::string choices_of(const Device& d) {
         "    built kernels: kept by {}\n"
         "    fewer threads: {}\n",
         f.vector_width == 1 ? "scalars" : fmt::format("vectors of {}", f.vector_width),
-        f.local_size, f.local_size == 1 ? "" : "s", f.block, f.candidates, d.form_reason,
+        f.local_size, f.local_size == 1 ? "" : "s", f.block, f.candidates,
+        d.wrong.empty() ? d.form_reason : "WRONG VALUES: " + d.wrong,
         keeps_binaries(d)     ? "brdfit, in " + binary_folder()
         : is_pocl(d.platform) ? "the driver, in " + pocl_cache().folder
                               : std::string("nobody: no folder is named"),
@@ -54,6 +55,7 @@ int devices(bool json, const Globals& globals) {
         if (globals.verbose)
             list.back().update({{"form", to_json(used.form)},
                                 {"form_reason", used.form_reason},
+                                {"wrong", used.wrong},
                                 {"keeps_binaries", keeps_binaries(d)},
                                 {"sub_devices", has_sub_devices(d)}});
         if (!json) {

@@ -1,15 +1,17 @@
 #include "host/cli/command.hpp"
-#include "host/device/cache.hpp"
 #include "host/device/errors.hpp"
+#include "host/device/kernels.hpp"
 #include "host/error.hpp"
 #include "host/files/file.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <fmt/format.h>
 #include <memory>
@@ -57,13 +59,16 @@ extern "C" void clean_up_and_die(int signal) {
     std::raise(signal);
 }
 
-// What is said of a crash, where a handler can reach it without allocating.
-std::string crash_message;
-
 extern "C" void explain_and_die(int signal) {
-    if (write(STDERR_FILENO, crash_message.data(), crash_message.size()) < 0) {
-        // then nobody reads it
-    }
+    static std::atomic_flag explained = ATOMIC_FLAG_INIT;
+    while (explained.test_and_set()) // another thread crashed first, and ends the program
+        pause();
+    const char* const driver = last_build();
+    for (const char* text :
+         {"brdfit: error: the program crashed", driver != nullptr ? ", perhaps in the driver " : "",
+          driver != nullptr ? driver : "", "\n"})
+        if (write(STDERR_FILENO, text, std::strlen(text)) < 0)
+            break; // then nobody reads it
     clean_up_and_die(signal);
 }
 
@@ -80,10 +85,6 @@ extern "C" void mend_or_die(int signal, siginfo_t* info, void*) {
 class Signals {
   public:
     Signals() {
-        crash_message = fmt::format(
-            "brdfit: error: the program crashed, perhaps in the OpenCL driver; kernels that PoCL "
-            "keeps in '{}' may be damaged: remove that folder, or name another in POCL_CACHE_DIR\n",
-            pocl_cache().folder);
         sigset_t ignored;
         sigemptyset(&ignored);
         for (std::size_t i = 0; i < before_.size(); ++i) {
@@ -171,7 +172,8 @@ int run(int argc, char** argv) {
     app.footer("This build has no bench and tune; cmake -DBRDFIT_BENCH=ON adds them.");
 #endif
     app.add_option("--device", globals.device,
-                   "OpenCL device: its index, or a part of its name, platform or vendor");
+                   "OpenCL device: its index, or a part of its name, platform or vendor; fit, run, "
+                   "bench and tune take several, with commas, or all");
     auto* quiet = app.add_flag("-q,--quiet", globals.quiet, "only errors and results");
     app.add_flag("-v,--verbose", globals.verbose, "say what is done and how fast")->excludes(quiet);
     for (AddCommand add : commands)

@@ -1,23 +1,22 @@
 #pragma once
 
 #include "host/device/device.hpp"
+#include "host/device/errors.hpp"
 
 #include <cstddef>
 #include <cstring>
 #include <fmt/format.h>
 #include <vector>
 
-#include "host/error.hpp"
-
 namespace brdfit {
 
 /// A device buffer of `bytes` (at least 1), of or with a copy of the host's memory where the flags
-/// say so. Throws InputError when it is larger than the device allows.
+/// say so. Throws DeviceError when it is larger than the device allows.
 inline cl::Buffer make_buffer(const Device& device, std::size_t bytes,
                               cl_mem_flags flags = CL_MEM_READ_WRITE, void* host = nullptr) {
     if (bytes > device.max_allocation)
-        throw InputError(fmt::format("{} needs a buffer of {} MiB; its limit is {} MiB",
-                                     device.name, bytes >> 20, device.max_allocation >> 20));
+        throw DeviceError(fmt::format("{} needs a buffer of {} MiB; its limit is {} MiB",
+                                      device.name, bytes >> 20, device.max_allocation >> 20));
     return cl::Buffer(device.context, flags, bytes == 0 ? 1 : bytes, host);
 }
 

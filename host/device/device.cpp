@@ -15,11 +15,16 @@
 #include <numeric>
 #include <optional>
 #include <spdlog/spdlog.h>
+#include <sstream>
 #include <thread>
+#include <utility>
 
 namespace brdfit {
 
 namespace {
+
+constexpr const char* none_found = "no OpenCL device found; install a driver, for the CPU the "
+                                   "Debian package pocl-opencl-icd";
 
 std::string trimmed(std::string text) {
     while (!text.empty() &&
@@ -227,8 +232,7 @@ bool has_sub_devices(const Device& device) {
 Device open_device(const std::string& wish) {
     const std::vector<Device> devices = list_devices();
     if (devices.empty())
-        throw InputError("no OpenCL device found; install a driver, for the CPU the Debian package "
-                         "pocl-opencl-icd");
+        throw InputError(none_found);
     if (wish.empty())
         return opened(devices[default_device(devices)]);
     const std::vector<std::size_t> matches = matching_devices(devices, wish);
@@ -246,13 +250,33 @@ Device open_device(const std::string& wish) {
 }
 
 std::vector<Device> open_devices(const std::string& wish) {
-    if (wish != "all")
-        return {open_device(wish)};
     std::vector<Device> devices;
-    for (const Device& device : list_devices())
-        devices.push_back(opened(device));
+    if (wish != "all") {
+        std::string part;
+        for (std::istringstream parts(wish + ','); std::getline(parts, part, ',');) {
+            if (part.empty() && !wish.empty())
+                throw UsageError(fmt::format("--device '{}': expected a device on both sides of "
+                                             "each comma",
+                                             wish));
+            Device device = open_device(part);
+            if (std::none_of(devices.begin(), devices.end(),
+                             [&](const Device& d) { return d.index == device.index; }))
+                devices.push_back(std::move(device));
+        }
+        return devices;
+    }
+    std::vector<std::string> problems;
+    for (const Device& device : list_devices()) {
+        try {
+            devices.push_back(opened(device));
+        } catch (const InputError& error) {
+            problems.emplace_back(error.what());
+        }
+    }
     if (devices.empty())
-        open_device(); // says which package to install
+        throw InputError(problems.empty() ? none_found : problems.front());
+    for (const std::string& problem : problems)
+        spdlog::warn("{}; left out", problem);
     return devices;
 }
 

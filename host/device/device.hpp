@@ -35,6 +35,7 @@ struct Device {
     std::size_t max_group = 0, local_memory = 0, global_memory = 0, max_allocation = 0;
     Form form{};
     std::string form_reason; ///< why this form, for people; empty until it is opened
+    std::string wrong;       ///< what it was found to compute wrongly, for people; see probe.hpp
     cl::Device handle;
     cl::Context context;
     cl::CommandQueue queue;
@@ -62,7 +63,8 @@ std::vector<std::size_t> matching_devices(const std::vector<Device>& devices,
 Device open_device(const std::string& wish = "");
 /// Whether the driver can split the device into sub-devices, as BRDFIT_UNITS asks for.
 bool has_sub_devices(const Device& device);
-/// The same, or all devices where the wish is "all".
+/// Several devices: each of a list with commas, once, or all where the wish is "all". Of all, those
+/// that do not open are left out with a warning, unless there is no other.
 std::vector<Device> open_devices(const std::string& wish);
 
 } // namespace brdfit

@@ -78,4 +78,12 @@ std::string message_of(const std::exception& error) {
     return error.what();
 }
 
+std::string message_of(const std::exception_ptr& failure) {
+    try {
+        std::rethrow_exception(failure);
+    } catch (const std::exception& error) {
+        return message_of(error);
+    }
+}
+
 } // namespace brdfit

@@ -2,19 +2,43 @@
 
 #include "host/device/binaries.hpp"
 #include "host/device/cache.hpp"
+#include "host/device/errors.hpp"
 #include "host/embedded.hpp"
-#include "host/error.hpp"
 #include "host/files/file.hpp"
 
+#include <atomic>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <mutex>
 #include <optional>
+#include <set>
 
 namespace brdfit {
 
 namespace {
 
 constexpr const char* build_options = "-cl-std=CL1.2 -cl-mad-enable";
+
+std::atomic<const char*> last_build_text{nullptr};
+
+// Notes what a driver is asked for, should it crash.
+void note_build(const Device& device, const std::string& what) {
+    static std::mutex mutex;
+    static std::set<std::string> texts; // which stay
+    const std::string remedy =
+        is_pocl(device.platform)
+            ? fmt::format("kernels that PoCL keeps in '{}' may be damaged: remove that folder, or "
+                          "name another in POCL_CACHE_DIR",
+                          pocl_cache().folder)
+            : "--device chooses another";
+    const std::lock_guard<std::mutex> lock(mutex);
+    last_build_text =
+        texts
+            .insert(fmt::format("last asked to build the kernels for {} on {} ({}, "
+                                "driver {}); {}",
+                                what, device.name, device.platform, device.driver, remedy))
+            .first->c_str();
+}
 
 } // namespace
 
@@ -57,6 +81,7 @@ cl::Program build_kernels(const Device& device, const std::string& text, const s
                     form.vector_width, form.local_size, form.block / form.vector_width,
                     form.candidates, form.run()) +
         text;
+    note_build(device, what);
     const bool kept = keeps_binaries(device);
     if (kept)
         if (std::optional<cl::Program> program = kept_program(device, build_options, whole))
@@ -67,15 +92,19 @@ cl::Program build_kernels(const Device& device, const std::string& text, const s
     } catch (const cl::Error&) {
         if (is_pocl(device.platform))
             if (const std::string problem = pocl_cache_problem(); !problem.empty())
-                throw InputError(fmt::format("the kernels for {} do not build on {}: {}", what,
-                                             device.name, problem));
-        throw InputError(fmt::format("the kernels for {} do not build on {}:\n{}", what,
-                                     device.name,
-                                     program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device.handle)));
+                throw DeviceError(fmt::format("the kernels for {} do not build on {}: {}", what,
+                                              device.name, problem));
+        throw DeviceError(fmt::format("the kernels for {} do not build on {}:\n{}", what,
+                                      device.name,
+                                      program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device.handle)));
     }
     if (kept)
         keep_program(device, build_options, whole, program);
     return program;
+}
+
+const char* last_build() noexcept {
+    return last_build_text;
 }
 
 cl::Program build_gram_program(const Device& device) {

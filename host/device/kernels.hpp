@@ -21,8 +21,13 @@ std::string kernel_texts(std::initializer_list<const char*> paths);
 std::string kernel_variant(const std::string& path,
                            std::initializer_list<std::pair<const char*, const char*>> macros);
 /// Builds a program: the macros of the device's form (V, LS, BLOCK, CANDIDATES, RUN), then the
-/// text. Throws InputError with the build log; `what` says there what the kernels are for.
+/// text. Throws DeviceError with the build log; `what` says there what the kernels are for.
 cl::Program build_kernels(const Device& device, const std::string& text, const std::string& what);
+
+/// Where a crash is most likely from, for its message: the last program asked of a driver, which
+/// may crash while it compiles, and what to do about it; a text that stays. Null where none was
+/// asked for. For signal handlers.
+const char* last_build() noexcept;
 
 /// Builds passes/gram.cl.
 cl::Program build_gram_program(const Device& device);

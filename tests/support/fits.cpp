@@ -15,6 +15,11 @@ ProgramCache& programs() {
     return cache;
 }
 
+FitDevices& fit_devices() {
+    static FitDevices devices({device()});
+    return devices;
+}
+
 bool has_anisotropic_form(const Structure& structure) {
     return std::any_of(structure.lobes.begin(), structure.lobes.end(), [](const Model* model) {
         return model->isotropic.size() != model->anisotropic.size();

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "fit/fit.hpp"
+#include "fit/fit_all.hpp"
 #include "fit/programs.hpp"
 #include "host/evaluate/synthesise.hpp"
 #include "tests/support/models.hpp"
@@ -15,6 +15,8 @@
 namespace brdfit::test {
 
 ProgramCache& programs();
+/// The default device, to fit on.
+FitDevices& fit_devices();
 
 /// Whether a structure's anisotropic form differs from its isotropic one.
 bool has_anisotropic_form(const Structure& structure);
