@@ -122,7 +122,7 @@ std::vector<double> luminance_weights(const std::vector<std::string>& channels,
 
 void write(const std::vector<double>& matrix, const std::string& name, const std::string& path) {
     RowWriter writer(path);
-    writer.bytes(fmt::format(fmt::runtime(head), version, svg::escaped(name)));
+    writer.bytes(fmt::format(fmt::runtime(head), version, svg_escaped(name)));
     for (const Ring& ring : rings)
         writer.bytes(fmt::format(fmt::runtime(ring_text),
                                  ring.lower == 0 ? 0 : (ring.lower + ring.upper) / 2, ring.patches,

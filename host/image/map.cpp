@@ -61,6 +61,9 @@ void write_map(const Map& map, const std::string& path) {
     const auto add = [&](const auto&... arguments) {
         fmt::format_to(std::back_inserter(out), arguments...);
     };
+    std::string comment = map.comment; // in which XML allows no two hyphens
+    std::replace(comment.begin(), comment.end(), '-', '_');
+    comment = svg_escaped(comment);
     const double whole_width = left + width + 110, whole_height = bottom + 44;
     add(FMT_STRING("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:g} {1:g}\" "
                    "width=\"{0:g}\" height=\"{1:g}\" font-family=\"sans-serif\" "
@@ -69,8 +72,7 @@ void write_map(const Map& map, const std::string& path) {
                    "<rect x=\"{3:g}\" y=\"{4:g}\" width=\"{5:g}\" height=\"{6:g}\" "
                    "fill=\"#ccc\"/>\n<text x=\"{3:g}\" y=\"18\" font-size=\"13\">{7}</text>\n"
                    "<g shape-rendering=\"crispEdges\">\n"),
-        whole_width, whole_height, svg::commented(map.comment), left, above, width, height,
-        svg::escaped(map.title));
+        whole_width, whole_height, comment, left, above, width, height, svg_escaped(map.title));
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x)
             if (const double value = map.values[y * columns + x]; std::isfinite(value))
@@ -89,7 +91,7 @@ void write_map(const Map& map, const std::string& path) {
             above + height * (1 - at) / 2 + 4, at * end);
     add(FMT_STRING("<text transform=\"translate({:g} {:g}) rotate(-90)\" "
                    "text-anchor=\"middle\">{}</text>\n"),
-        left + width + 100, above + height / 2, svg::escaped(map.scale_title));
+        left + width + 100, above + height / 2, svg_escaped(map.scale_title));
     for (const double tick : map.x_ticks)
         add(FMT_STRING("<text x=\"{:g}\" y=\"{:g}\" text-anchor=\"middle\">{:g}</text>\n"),
             left + side * place(map.x, tick), bottom + 16, tick);
@@ -99,8 +101,8 @@ void write_map(const Map& map, const std::string& path) {
     add(FMT_STRING("<text x=\"{:g}\" y=\"{:g}\" text-anchor=\"middle\">{}</text>\n"
                    "<text transform=\"translate(16 {:g}) rotate(-90)\" text-anchor=\"middle\">{}"
                    "</text>\n</svg>\n"),
-        left + width / 2, bottom + 34, svg::escaped(map.x_title), above + height / 2,
-        svg::escaped(map.y_title));
+        left + width / 2, bottom + 34, svg_escaped(map.x_title), above + height / 2,
+        svg_escaped(map.y_title));
     OutputFile file(path);
     file.write(std::string_view(out.data(), out.size()));
     file.commit();

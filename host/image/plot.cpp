@@ -1,7 +1,6 @@
 #include "host/image/plot.hpp"
 
 #include "host/files/file.hpp"
-#include "host/image/svg.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,8 +12,18 @@ namespace brdfit {
 
 namespace {
 
-using svg::commented;
-using svg::escaped;
+std::string escaped(const std::string& text) {
+    std::string out;
+    for (const char c : text)
+        out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
+    return out;
+}
+
+/// What stands in a comment of XML, which may hold no two hyphens.
+std::string commented(std::string text) {
+    std::replace(text.begin(), text.end(), '-', '_');
+    return escaped(text);
+}
 
 /// 1, 2 or 5 times a power of ten, 4 to 10 of which come to `top`.
 double round_step(double top) {

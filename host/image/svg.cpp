@@ -1,19 +1,21 @@
 #include "host/image/svg.hpp"
 
-#include <algorithm>
+namespace brdfit {
 
-namespace brdfit::svg {
-
-std::string escaped(const std::string& text) {
+std::string svg_escaped(const std::string& text) {
     std::string out;
     for (const char c : text)
-        out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
+        if (c == '&')
+            out += "&amp;";
+        else if (c == '<')
+            out += "&lt;";
+        else if (c == '>')
+            out += "&gt;";
+        else if (c == '"')
+            out += "&quot;";
+        else
+            out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c; // XML has none
     return out;
 }
 
-std::string commented(std::string text) {
-    std::replace(text.begin(), text.end(), '-', '_');
-    return escaped(text);
-}
-
-} // namespace brdfit::svg
+} // namespace brdfit

@@ -2,13 +2,9 @@
 
 #include <string>
 
-// Text in SVG and other XML.
+namespace brdfit {
 
-namespace brdfit::svg {
+/// Text as it stands in SVG, whatever characters it has.
+std::string svg_escaped(const std::string& text);
 
-/// Text as it stands between tags.
-std::string escaped(const std::string& text);
-/// Text as it stands in a comment of XML, which may hold no two hyphens.
-std::string commented(std::string text);
-
-} // namespace brdfit::svg
+} // namespace brdfit
