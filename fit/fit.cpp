@@ -45,10 +45,36 @@ double breadth(const Model& model, bool isotropic, const double* theta) {
     return 0;
 }
 
+// Turned frames that are the same are alike here: the angle is within (-90, 90], and the first of
+// the two roughnesses is the broader, that of another quarter of a turn. Not where --bound or --fix
+// tells them apart.
+void order_frames(const Structure& structure, const Space& space, std::vector<double>& theta) {
+    const StructureLayout layout = layout_of(structure);
+    for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
+        if (!structure.lobes[l]->turns)
+            continue;
+        const Space lobe = space.of_lobe(static_cast<int>(l));
+        const auto& d = lobe.dimensions();
+        double* const own = &theta[static_cast<std::size_t>(layout.lobe_begin[l])];
+        double& angle = own[d.size() - 1];
+        const Parameter& range = d.back().parameter;
+        if (range.upper - range.lower < 360)
+            continue;
+        const std::optional<std::size_t> x = exchangeable(lobe);
+        if (x &&
+            (d[*x].parameter.scale == Scale::Log ? own[*x] < own[*x + 1] : own[*x] > own[*x + 1])) {
+            std::swap(own[*x], own[*x + 1]);
+            angle += 90;
+        }
+        angle -= 180 * std::ceil(angle / 180 - 0.5);
+    }
+}
+
 // Lobes of one model are interchangeable: the broadest comes first. The first lobe of a coupled
 // material stays: the diffuse shape has its F.
 void order_lobes(const Structure& structure, const Space& space, std::vector<double>& theta,
                  Coefficients& a) {
+    order_frames(structure, space, theta);
     const StructureLayout layout = layout_of(structure);
     const std::size_t lobes = structure.lobes.size();
     const auto begin = [&](std::size_t l) {
@@ -256,12 +282,13 @@ std::vector<double> FileFitter::start_theta(const Structure& structure, const Sp
     const Material& start = *options_.start;
     bool same = start.diffuse == structure.diffuse && start.lobes.size() == structure.lobes.size();
     for (std::size_t l = 0; same && l < structure.lobes.size(); ++l)
-        same = start.lobes[l].model == structure.lobes[l];
+        same = start.lobes[l].model->name == structure.lobes[l]->name;
     if (!same)
         throw UsageError(fmt::format("--start: its lobes and diffuse shape are not those of {}",
                                      structure.name()));
     std::vector<double> theta;
-    for (const Lobe& lobe : start.lobes) {
+    for (std::size_t l = 0; l < start.lobes.size(); ++l) {
+        const Lobe& lobe = start.lobes[l];
         std::vector<double> values = lobe.theta;
         if (lobe.isotropic && !structure.isotropic)
             values = lobe.anisotropic_theta();
@@ -269,6 +296,12 @@ std::vector<double> FileFitter::start_theta(const Structure& structure, const Sp
                  lobe.theta.size() != lobe.model->isotropic.size())
             throw UsageError(fmt::format(
                 "--start: its {} lobe is anisotropic, the data is isotropic", lobe.model->name));
+        if (structure.lobes[l]->turns && !lobe.model->turns)
+            values.push_back(0);
+        else if (lobe.model->turns && !structure.lobes[l]->turns)
+            throw UsageError(fmt::format("--start: its {} lobe has an orientation; expected "
+                                         "--orient, which fits that too",
+                                         lobe.model->name));
         theta.insert(theta.end(), values.begin(), values.end());
     }
     const Space given(structure.lobes, structure.isotropic, options_.ranges);

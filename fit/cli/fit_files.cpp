@@ -65,6 +65,10 @@ void fit_file(const FitRequest& request, const Device& device, ProgramCache& pro
         failed("", 0, message_naming(file, error));
         return;
     }
+    if (request.orient && samples->isotropic) {
+        progress.clear();
+        spdlog::warn("{}: is isotropic, so that --orient has nothing to turn", file);
+    }
     const std::vector<Structure> structures = structures_of(request, samples->isotropic);
     std::vector<std::optional<FitRow>> fitted(structures.size());
     const auto done = [&](FitOutcome outcome) {

@@ -129,10 +129,8 @@ class Runner {
     std::string fit_tasks(const Device& device, const FileTasks& tasks, const Samples& samples) {
         std::optional<FileFitter> fitter;
         std::vector<Structure> structures;
-        for (const Task* task : tasks) {
-            structures.push_back(task->structure);
-            structures.back().isotropic = samples.isotropic;
-        }
+        for (const Task* task : tasks)
+            structures.push_back(formed(plan_.settings, task->structure, samples.isotropic));
         try {
             fitter.emplace(device, programs_, samples, plan_.options_of(*tasks.front()));
         } catch (const std::exception& error) {
