@@ -76,7 +76,8 @@ TEST_P(EveryOriented, is_the_model_in_a_turned_frame) {
         ASSERT_EQ(found.derivatives.size(), theta.size());
         const auto value_at = [&](std::size_t k, const std::vector<double>& at) {
             const auto [wi, wo] = pairs->pair(k);
-            return reference_value(model.name, false, at, seen_turned(wi, at.back()),
+            const std::vector<double> own(at.begin(), at.end() - 1);
+            return reference_value(model.name, false, own, seen_turned(wi, at.back()),
                                    seen_turned(wo, at.back()));
         };
         std::vector<double> steepest(theta.size());
@@ -115,41 +116,40 @@ TEST_P(EveryOriented, is_reciprocal_where_the_model_is) {
     const std::vector<float> there = evaluate_model(device(), turned, false, theta, *pairs).value,
                              back = evaluate_model(device(), turned, false, theta, swapped).value;
     for (std::size_t k = 0; k < pairs->count(); ++k)
-        ASSERT_NEAR(back[k], there[k], 2e-5F * there[k]) << k;
+        ASSERT_NEAR(back[k], there[k], 2e-5F * there[k] + 1e-30F) << k;
 }
 
 TEST_P(EveryOriented, follows_its_density) {
-    expect_samples_follow_density(material_of({turned_lobe(model, 0.5, 0.1, 35)}), 200000);
     const std::vector<std::string> names = oriented_names();
     const auto place = std::find(names.begin(), names.end(), model.name) - names.begin();
     const Model& next = model_named(names[static_cast<std::size_t>(place + 1) % names.size()]);
     expect_samples_follow_density(
         material_of({turned_lobe(model, 0.1, 0.3, -60), turned_lobe(next, 0.5, 0.2, 20)}, 0.3),
-        200000);
+        100000);
 }
 
 TEST_P(EveryOriented, has_the_albedo_of_the_viewer_in_its_frame) {
-    const double angle = 25;
+    const double angle = 30;
     const Material there = material_of({turned_lobe(model, 0.5, 0.15, angle)}, 0.1);
     Material here = there;
     here.lobes[0].model = &model;
     here.lobes[0].theta.pop_back();
     AlbedoGrid grid;
-    grid.thetas = 4; // up to the horizon, where some have none
-    grid.phis = 72;  // every 5 degrees
-    const Albedo turned_albedo = albedo(device(), there, grid, 1e-3),
-                 own_albedo = albedo(device(), here, grid, 1e-3);
+    grid.thetas = 6; // up to the horizon, where some have none
+    grid.phis = 12;  // every 30 degrees
+    const Albedo turned_albedo = albedo(device(), there, grid, 1e-4),
+                 own_albedo = albedo(device(), here, grid, 1e-4);
     double varies = 0;
     for (std::size_t j = 0; j < grid.phis; ++j)
         for (std::size_t i = 0; i + 1 < grid.thetas; ++i) {
-            const std::size_t at = (j + 5) % grid.phis * grid.thetas + i;
+            const std::size_t at = (j + 1) % grid.phis * grid.thetas + i;
             const double r = own_albedo.values[0][j * grid.thetas + i];
-            EXPECT_NEAR(turned_albedo.values[0][at], r, 2e-3) << i << " " << j;
+            EXPECT_NEAR(turned_albedo.values[0][at], r, 3e-4) << i << " " << j;
             varies = std::max(varies, std::abs(r - own_albedo.values[0][i]));
             if (model.conserves_energy)
-                EXPECT_LE(turned_albedo.values[0][at], 0.1 + 0.4 + 2e-3);
+                EXPECT_LE(turned_albedo.values[0][at], 0.1 + 0.4 + 2e-4);
         }
-    EXPECT_GT(varies, 5e-3); // it is not the same at every azimuth
+    EXPECT_GT(varies, 2e-3); // it is not the same at every azimuth
 }
 
 TEST_P(EveryOriented, reads_and_writes_its_material) {

@@ -252,8 +252,13 @@ double reference_evaluate(const Material& material, std::size_t channel, const V
     double f =
         material.kd[channel] * reference_value(material.diffuse->name, true, coupled, wi, wo);
     for (const Lobe& lobe : material.lobes) {
-        const double angle = lobe.model->turns ? lobe.theta.back() : 0;
-        f += lobe.ks[channel] * reference_value(lobe.model->name, lobe.isotropic, lobe.theta,
+        std::vector<double> theta = lobe.theta;
+        double angle = 0;
+        if (lobe.model->turns) {
+            angle = theta.back();
+            theta.pop_back();
+        }
+        f += lobe.ks[channel] * reference_value(lobe.model->name, lobe.isotropic, theta,
                                                 seen_turned(wi, angle), seen_turned(wo, angle));
     }
     return f;
