@@ -103,6 +103,30 @@ void order_lobes(const Structure& structure, const Space& space, std::vector<dou
         }
 }
 
+// What a fit without one lobe may lack: the mirror image of a turned lobe that it has. Lobes as
+// sharp as a grating's orders are between the search's angles, and come in such pairs.
+void add_mirrored(const Structure& structure, const PartialFit& fit,
+                  std::vector<StartingPoint>& starts) {
+    const StructureLayout layout = layout_of(structure);
+    const auto missing = static_cast<std::size_t>(fit.missing);
+    if (!structure.lobes[missing]->turns)
+        return;
+    auto own = fit.theta.begin();
+    for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
+        if (l == missing)
+            continue;
+        const auto end = own + (layout.lobe_begin[l + 1] - layout.lobe_begin[l]);
+        if (structure.lobes[l] == structure.lobes[missing]) {
+            StartingPoint start{fit.theta, 0};
+            const auto added =
+                start.theta.insert(start.theta.begin() + layout.lobe_begin[missing], own, end);
+            *(added + (end - own) - 1) *= -1;
+            starts.push_back(std::move(start));
+        }
+        own = end;
+    }
+}
+
 Material material_of(const Structure& structure, const std::vector<std::string>& channels,
                      const std::vector<double>& theta, const Coefficients& a) {
     const StructureLayout layout = layout_of(structure);
@@ -201,8 +225,12 @@ std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structur
         single.push_back(
             &thinned_objective(Structure{structure.diffuse, {lobe}, structure.isotropic}));
     const GramProgram gram = [this]() -> const cl::Program& { return programs_.gram(); };
-    return search_shapes(device_, gram, single, space, partial,
-                         structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts);
+    std::vector<StartingPoint> starts =
+        search_shapes(device_, gram, single, space, partial,
+                      structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts);
+    for (const PartialFit& fit : partial)
+        add_mirrored(structure, fit, starts);
+    return starts;
 }
 
 // The best of random points by a metric that is not quadratic. The search's quadratic weights know

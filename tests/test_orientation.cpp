@@ -224,6 +224,21 @@ TEST(Orientation, two_lobes_are_told_apart) {
     }
 }
 
+// As sharp as a grating's orders: the search's angles miss them.
+TEST(Orientation, sharp_lobes_that_mirror_each_other_are_found) {
+    Material truth = material_of({turned_lobe(model_named("lafortune"), 0.1, 0.1, 21)}, 0.05);
+    truth.lobes[0].theta = {-1, 1, 3000, 21};
+    truth.lobes.push_back(truth.lobes[0]);
+    truth.lobes[1].theta.back() = -21;
+    const FitResult result =
+        fit(measured(truth, 30000, 0.02), turned(structure_named("lafortune", 2, "", false)));
+    EXPECT_LT(error_of(result, Metric::Ngan), 2e-2);
+    for (const std::size_t l : {0U, 1U})
+        EXPECT_NEAR(std::abs(std::remainder(result.material.lobes.at(l).theta.back() - 90, 180)),
+                    69, 0.5);
+    EXPECT_LT(result.material.lobes[0].theta.back() * result.material.lobes[1].theta.back(), 0);
+}
+
 TEST(Orientation, helps_only_data_that_is_turned) {
     const Samples straight = measured(turned_material("ggx", 0.4, 0.1, 0), 10000, 0),
                   turned_data = measured(turned_material("ggx", 0.4, 0.1, 45), 10000, 0);
