@@ -18,7 +18,7 @@ constexpr int width_points = 24, paired_width_points = 13;
 constexpr int linear_points = 5, paired_linear_points = 3;
 constexpr int points_about_one = 13, paired_points_about_one = 7;
 // With a turned frame, angles of a quarter turn; of several lobes, whose combinations are many.
-constexpr int angle_points = 8, several_angle_points = 3, several_paired_width_points = 9;
+constexpr int angle_points = 8, several_angle_points = 3, several_turned_width_points = 9;
 // Combinations that get one more lobe, and that have their f0 refined.
 constexpr std::size_t beam = 24;
 constexpr std::size_t refined = 96;
@@ -138,9 +138,9 @@ std::vector<std::vector<double>> axes_of(const Space& lobe, bool several) {
         const bool paired = p.scale == Scale::AboutOne ? axes_about_one > 1 : widths > 1;
         int points = paired ? paired_linear_points : linear_points;
         if (p.width())
-            points = !paired ? width_points
-                     : fewer ? several_paired_width_points
-                             : paired_width_points;
+            points = fewer    ? several_turned_width_points
+                     : paired ? paired_width_points
+                              : width_points;
         else if (p.scale == Scale::AboutOne)
             points = paired ? paired_points_about_one : points_about_one;
         if (dimension.fixed || f0)
