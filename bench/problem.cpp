@@ -28,6 +28,7 @@ double typical(const Parameter& p) {
         return std::clamp(2 / (roughness * roughness), p.lower, p.upper);
     case Scale::Linear:
     case Scale::AboutOne:
+    case Scale::Angle:
         break;
     }
     return p.lower + 0.3 * (p.upper - p.lower);

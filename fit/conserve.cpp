@@ -48,14 +48,26 @@ LargestAlbedo largest_of(const Eigen::MatrixXd& components, const std::vector<do
 
 } // namespace
 
-std::vector<Vector> viewers_at(const std::vector<double>& thetas, bool isotropic,
-                               std::size_t azimuths) {
+std::vector<Vector> viewers_at(const std::vector<double>& thetas, const Structure& structure,
+                               std::size_t azimuths, const std::vector<double>& theta) {
     std::vector<Vector> wo;
-    for (std::size_t i = 0; i < (isotropic ? 1 : azimuths); ++i)
-        for (const double theta : thetas)
-            wo.push_back(direction(
-                theta * pi / 180,
-                i == 0 ? 0 : pi / 2 * static_cast<double>(i) / static_cast<double>(azimuths - 1)));
+    std::size_t count = structure.isotropic ? 1 : azimuths;
+    double first = 0;
+    if (structure.turns()) {
+        const std::vector<Parameter> parameters = layout_of(structure).parameters;
+        const auto angle = std::find_if(parameters.begin(), parameters.end(),
+                                        [](const Parameter& p) { return p.scale == Scale::Angle; });
+        first = theta.at(static_cast<std::size_t>(angle - parameters.begin())) * degree;
+        if (structure.lobes.size() > 1) // which lie anyhow to each other
+            azimuths = std::max<std::size_t>(azimuths, 10);
+        count = 2 * (azimuths - 1);
+    }
+    for (std::size_t i = 0; i < count; ++i)
+        for (const double polar : thetas)
+            wo.push_back(direction(polar * pi / 180,
+                                   i == 0 ? first
+                                          : first + pi / 2 * static_cast<double>(i) /
+                                                        static_cast<double>(azimuths - 1)));
     return wo;
 }
 
@@ -193,11 +205,12 @@ Eigen::MatrixXd AlbedoLimit::at(const std::vector<double>& theta) const {
     return albedos.at(theta, wo, tolerance, conserved_tolerance / 4);
 }
 
-AlbedoLimit limit_at_every_degree(const ComponentAlbedos& albedos, const Eigen::MatrixXd& a) {
+AlbedoLimit limit_at_every_degree(const ComponentAlbedos& albedos, const std::vector<double>& theta,
+                                  const Eigen::MatrixXd& a) {
     constexpr std::size_t azimuths = 10; // every ten degrees
     // What has no strength may be given some.
     const double least = std::max(0.1 * a.maxCoeff(), 1e-30);
-    return {albedos, viewers_at(conserved_thetas(), albedos.structure().isotropic, azimuths), 0,
+    return {albedos, viewers_at(conserved_thetas(), albedos.structure(), azimuths, theta), 0,
             component_tolerances(a.cwiseMax(least), conserved_tolerance / 4)};
 }
 
@@ -205,7 +218,7 @@ LargestAlbedo largest_albedo(const ComponentAlbedos& albedos,
                              const std::vector<std::string>& channels,
                              const std::vector<double>& theta, const Eigen::MatrixXd& a) {
     const std::vector<double> thetas{0, 15, 30, 45, 60, 70, 75, 80, 85};
-    return largest_of(albedos.at(theta, viewers_at(thetas, albedos.structure().isotropic, 3),
+    return largest_of(albedos.at(theta, viewers_at(thetas, albedos.structure(), 3, theta),
                                  component_tolerances(a, LargestAlbedo::albedo_tolerance),
                                  LargestAlbedo::albedo_tolerance),
                       thetas, channels, a);
@@ -214,7 +227,8 @@ LargestAlbedo largest_albedo(const ComponentAlbedos& albedos,
 LargestAlbedo largest_conserved_albedo(const ComponentAlbedos& albedos,
                                        const std::vector<std::string>& channels,
                                        const std::vector<double>& theta, const Eigen::MatrixXd& a) {
-    return largest_of(limit_at_every_degree(albedos, a).at(theta), conserved_thetas(), channels, a);
+    return largest_of(limit_at_every_degree(albedos, theta, a).at(theta), conserved_thetas(),
+                      channels, a);
 }
 
 } // namespace brdfit

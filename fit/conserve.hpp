@@ -23,9 +23,10 @@ struct LargestAlbedo {
 };
 
 /// Viewers at these angles from the normal (degrees), of a structure in the anisotropic form at
-/// `azimuths` even steps over a quarter turn, both ends included: lobes are symmetric.
-std::vector<Vector> viewers_at(const std::vector<double>& thetas, bool isotropic,
-                               std::size_t azimuths = 4);
+/// `azimuths` even steps over a quarter turn, both ends included: lobes are symmetric. Where frames
+/// are turned, such steps over half a turn, from the first frame's angle in `theta` on.
+std::vector<Vector> viewers_at(const std::vector<double>& thetas, const Structure& structure,
+                               std::size_t azimuths, const std::vector<double>& theta);
 
 /// Directional albedos of a structure's components: a material's is linear in kd and ks,
 ///     R_ch(wo) = sum_j a_ch,j r_j(wo; theta).
@@ -76,7 +77,8 @@ inline constexpr int conserved_theta = 89;
 
 /// The limit for viewers at every degree up to that, whose R is known to conserved_tolerance / 4
 /// for coefficients about `a`.
-AlbedoLimit limit_at_every_degree(const ComponentAlbedos& albedos, const Eigen::MatrixXd& a);
+AlbedoLimit limit_at_every_degree(const ComponentAlbedos& albedos, const std::vector<double>& theta,
+                                  const Eigen::MatrixXd& a);
 
 /// R by [channel][wo] from kd and ks and the components' albedos; 0 of an infinite one is nothing.
 Eigen::MatrixXd material_albedos(const Eigen::MatrixXd& a, const Eigen::MatrixXd& components);

@@ -46,10 +46,36 @@ double breadth(const Model& model, bool isotropic, const double* theta) {
     return 0;
 }
 
+// Turned frames that are the same are alike here: the angle is within (-90, 90], and the first of
+// the two roughnesses is the broader, that of another quarter of a turn. Not where --bound or --fix
+// tells them apart.
+void order_frames(const Structure& structure, const Space& space, std::vector<double>& theta) {
+    const StructureLayout layout = layout_of(structure);
+    for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
+        if (!structure.lobes[l]->turns)
+            continue;
+        const Space lobe = space.of_lobe(static_cast<int>(l));
+        const auto& d = lobe.dimensions();
+        double* const own = &theta[static_cast<std::size_t>(layout.lobe_begin[l])];
+        double& angle = own[d.size() - 1];
+        const Parameter& range = d.back().parameter;
+        if (range.upper - range.lower < 360)
+            continue;
+        const std::optional<std::size_t> x = exchangeable(lobe);
+        if (x &&
+            (d[*x].parameter.scale == Scale::Log ? own[*x] < own[*x + 1] : own[*x] > own[*x + 1])) {
+            std::swap(own[*x], own[*x + 1]);
+            angle += 90;
+        }
+        angle -= 180 * std::ceil(angle / 180 - 0.5);
+    }
+}
+
 // Lobes of one model are interchangeable: the broadest comes first. The first lobe of a coupled
 // material stays: the diffuse shape has its F.
 void order_lobes(const Structure& structure, const Space& space, std::vector<double>& theta,
                  Coefficients& a) {
+    order_frames(structure, space, theta);
     const StructureLayout layout = layout_of(structure);
     const std::size_t lobes = structure.lobes.size();
     const auto begin = [&](std::size_t l) {
@@ -76,6 +102,30 @@ void order_lobes(const Structure& structure, const Space& space, std::vector<dou
                              theta.begin() + layout.lobe_begin[k]);
             a.col(static_cast<Eigen::Index>(i) + 1).swap(a.col(static_cast<Eigen::Index>(k) + 1));
         }
+}
+
+// What a fit without one lobe may lack: the mirror image of a turned lobe that it has. Lobes as
+// sharp as a grating's orders are between the search's angles, and come in such pairs.
+void add_mirrored(const Structure& structure, const PartialFit& fit,
+                  std::vector<StartingPoint>& starts) {
+    const StructureLayout layout = layout_of(structure);
+    const auto missing = static_cast<std::size_t>(fit.missing);
+    if (!structure.lobes[missing]->turns)
+        return;
+    auto own = fit.theta.begin();
+    for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
+        if (l == missing)
+            continue;
+        const auto end = own + (layout.lobe_begin[l + 1] - layout.lobe_begin[l]);
+        if (structure.lobes[l] == structure.lobes[missing]) {
+            StartingPoint start{fit.theta, 0};
+            const auto added =
+                start.theta.insert(start.theta.begin() + layout.lobe_begin[missing], own, end);
+            *(added + (end - own) - 1) *= -1;
+            starts.push_back(std::move(start));
+        }
+        own = end;
+    }
 }
 
 Material material_of(const Structure& structure, const std::vector<std::string>& channels,
@@ -176,8 +226,12 @@ std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structur
         single.push_back(
             &thinned_objective(Structure{structure.diffuse, {lobe}, structure.isotropic}));
     const GramProgram gram = [this]() -> const cl::Program& { return programs_.gram(); };
-    return search_shapes(device_, gram, single, space, partial,
-                         structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts);
+    std::vector<StartingPoint> starts =
+        search_shapes(device_, gram, single, space, partial,
+                      structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts);
+    for (const PartialFit& fit : partial)
+        add_mirrored(structure, fit, starts);
+    return starts;
 }
 
 // The best of random points by a metric that is not quadratic. The search's quadratic weights know
@@ -257,7 +311,8 @@ std::vector<double> FileFitter::start_theta(const Structure& structure, const Sp
     const Material& start = *options_.start;
     check_start(start, structure);
     std::vector<double> theta;
-    for (const Lobe& lobe : start.lobes) {
+    for (std::size_t l = 0; l < start.lobes.size(); ++l) {
+        const Lobe& lobe = start.lobes[l];
         std::vector<double> values = lobe.theta;
         if (lobe.isotropic && !structure.isotropic)
             values = lobe.anisotropic_theta();
@@ -265,6 +320,12 @@ std::vector<double> FileFitter::start_theta(const Structure& structure, const Sp
                  lobe.theta.size() != lobe.model->isotropic.size())
             throw UsageError(fmt::format(
                 "--start: its {} lobe is anisotropic, the data is isotropic", lobe.model->name));
+        if (structure.lobes[l]->turns && !lobe.model->turns)
+            values.push_back(0);
+        else if (lobe.model->turns && !structure.lobes[l]->turns)
+            throw UsageError(fmt::format("--start: its {} lobe has an orientation; expected "
+                                         "--orient, which fits that too",
+                                         lobe.model->name));
         theta.insert(theta.end(), values.begin(), values.end());
     }
     const Space given(structure.lobes, structure.isotropic, options_.ranges);

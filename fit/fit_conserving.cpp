@@ -59,7 +59,7 @@ Solution FileFitter::best_conserving(const Structure& structure, Conserving& fou
 }
 
 Solution FileFitter::settled(Objective& objective, Conserving& found, Solution solution) {
-    AlbedoLimit all = limit_at_every_degree(found.limit->albedos, solution.a);
+    AlbedoLimit all = limit_at_every_degree(found.limit->albedos, solution.theta, solution.a);
     const auto degrees = static_cast<Eigen::Index>(conserved_theta) + 1;
     Eigen::MatrixXd components = all.at(solution.theta);
     for (int round = 0; round < most_limit_rounds; ++round) {
@@ -97,11 +97,12 @@ Solution FileFitter::settled(Objective& objective, Conserving& found, Solution s
 
 FileFitter::Conserving& FileFitter::conserving(const Structure& structure) {
     return *shared_->conserving.get(structure.key(), [&] {
-        auto found = std::make_shared<Conserving>(
-            Conserving{fitted(structure),
-                       std::make_shared<AlbedoLimit>(AlbedoLimit{
-                           ComponentAlbedos(programs_, structure),
-                           viewers_at(first_viewers, structure.isotropic, 3), limit_points})});
+        auto found = std::make_shared<Conserving>(Conserving{
+            fitted(structure),
+            std::make_shared<AlbedoLimit>(AlbedoLimit{
+                ComponentAlbedos(programs_, structure),
+                viewers_at(first_viewers, structure, 3, fitted(structure).solution.theta),
+                limit_points})});
         make_conserving(structure, *found);
         return found;
     });
@@ -112,7 +113,7 @@ void FileFitter::make_conserving(const Structure& structure, Conserving& found) 
     const double building = programs_.build_seconds();
     const Solution& free = found.fitted.solution;
     const Eigen::MatrixXd r = material_albedos(
-        free.a, limit_at_every_degree(found.limit->albedos, free.a).at(free.theta));
+        free.a, limit_at_every_degree(found.limit->albedos, free.theta, free.a).at(free.theta));
     if (r.maxCoeff() > 1 + conserved_tolerance / 2)
         found.fitted.solution = best_conserving(structure, found);
     const auto taken = std::chrono::steady_clock::now() - started;

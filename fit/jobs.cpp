@@ -8,13 +8,22 @@
 #include <fmt/format.h>
 #include <numeric>
 #include <set>
+#include <utility>
 
 namespace brdfit {
 
+Structure formed(const FitRequest& request, Structure structure, bool isotropic) {
+    structure.isotropic = isotropic;
+    return request.orient && !isotropic ? turned(std::move(structure)) : structure;
+}
+
 std::vector<Structure> structures_of(const FitRequest& request, bool isotropic) {
-    return structures_named(request.models,
-                            request.lobes.empty() ? std::vector<int>{1} : request.lobes,
-                            request.diffuse, isotropic);
+    std::vector<Structure> structures = structures_named(
+        request.models, request.lobes.empty() ? std::vector<int>{1} : request.lobes,
+        request.diffuse, isotropic);
+    for (Structure& structure : structures)
+        structure = formed(request, std::move(structure), isotropic);
+    return structures;
 }
 
 namespace {
@@ -71,6 +80,13 @@ std::string known_names(const std::vector<Structure>& structures, const std::str
 } // namespace
 
 void check(const FitRequest& request) {
+    // These know the parameters of both forms.
+    const std::vector<Structure> anisotropic = structures_of(request, false);
+    if (request.orient && request.isotropic.value_or(false))
+        throw UsageError("--orient: contradicts --isotropic; isotropic data has no orientation");
+    if (request.orient && std::none_of(anisotropic.begin(), anisotropic.end(),
+                                       [](const Structure& s) { return s.turns(); }))
+        throw UsageError("--orient: no model asked for has two roughnesses to orient");
     for (const bool isotropic : {true, false}) {
         if (request.isotropic && *request.isotropic != isotropic)
             continue;
@@ -90,7 +106,7 @@ void check(const FitRequest& request) {
                                                 : std::vector<const Model*>{lobes[lobe - 1]};
                 return names_parameter_of(range, lobes);
             };
-            if (std::none_of(structures.begin(), structures.end(), means_one_of))
+            if (std::none_of(anisotropic.begin(), anisotropic.end(), means_one_of))
                 throw UsageError(
                     range.lobe == 0
                         ? fmt::format("no model asked for has a parameter '{}'; they have {}",

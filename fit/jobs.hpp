@@ -19,11 +19,15 @@ struct FitRequest {
     std::string diffuse;             ///< empty: lambert, or what a coupled model brings
     FitOptions options;
     std::optional<bool> isotropic; ///< overrides what scattered data says
-    std::string folder;            ///< for the materials
-    std::string csv;               ///< summary; empty: none
-    bool force = false;            ///< replace files that exist
+    /// Fits the orientation of each lobe's frame too, where the data is anisotropic.
+    bool orient = false;
+    std::string folder; ///< for the materials
+    std::string csv;    ///< summary; empty: none
+    bool force = false; ///< replace files that exist
 };
 
+/// A structure in the form that is fitted to isotropic or anisotropic data.
+Structure formed(const FitRequest& request, Structure structure, bool isotropic);
 /// The structures to fit to isotropic or anisotropic data, each once, fewer lobes first.
 std::vector<Structure> structures_of(const FitRequest& request, bool isotropic);
 

@@ -17,6 +17,8 @@ namespace {
 constexpr int width_points = 24, paired_width_points = 13;
 constexpr int linear_points = 5, paired_linear_points = 3;
 constexpr int points_about_one = 13, paired_points_about_one = 7;
+// With a turned frame, angles of a quarter turn; of several lobes, whose combinations are many.
+constexpr int angle_points = 8, several_angle_points = 3, several_turned_width_points = 9;
 // Combinations that get one more lobe, and that have their f0 refined.
 constexpr std::size_t beam = 24;
 constexpr std::size_t refined = 96;
@@ -60,7 +62,7 @@ class Search {
     struct Range {
         int begin, end;
     };
-    Range add_grid(Objective& objective, const Space& space);
+    Range add_grid(Objective& objective, const Space& space, bool several);
     Combination add_given(const PartialFit& fit, const std::vector<Objective*>& single);
     int add_shape(Shape shape, bool mixed);
     void fill_gram(const Device& device, const cl::Program& gram_program,
@@ -100,8 +102,27 @@ bool same_ranges(const Space& a, const Space& b) {
         });
 }
 
+bool has_free_angle(const Space& lobe) {
+    const auto& dimensions = lobe.dimensions();
+    return !dimensions.empty() && dimensions.back().parameter.scale == Scale::Angle &&
+           !dimensions.back().fixed;
+}
+
+// Half a turn is the same again, a quarter what exchanging the roughnesses does.
+std::vector<double> angles(const Space& lobe, double low, double high, bool several) {
+    const bool all = high - low >= 2 * pi;
+    const bool quarter = all && exchangeable(lobe);
+    const double span = std::min(high - low, quarter ? pi / 2 : pi);
+    const int points = (several ? several_angle_points : angle_points) * (quarter ? 1 : 2);
+    std::vector<double> axis;
+    for (int k = 0; k < points; ++k)
+        axis.push_back((all ? 0 : low) + span * k / points);
+    return axis;
+}
+
 // The points of each dimension's axis in x; f0 has its lowest value alone.
-std::vector<std::vector<double>> axes_of(const Space& lobe) {
+std::vector<std::vector<double>> axes_of(const Space& lobe, bool several) {
+    const bool fewer = several && has_free_angle(lobe);
     const auto free = [&](auto is) {
         return std::count_if(
             lobe.dimensions().begin(), lobe.dimensions().end(),
@@ -117,12 +138,18 @@ std::vector<std::vector<double>> axes_of(const Space& lobe) {
         const bool paired = p.scale == Scale::AboutOne ? axes_about_one > 1 : widths > 1;
         int points = paired ? paired_linear_points : linear_points;
         if (p.width())
-            points = paired ? paired_width_points : width_points;
+            points = fewer    ? several_turned_width_points
+                     : paired ? paired_width_points
+                              : width_points;
         else if (p.scale == Scale::AboutOne)
             points = paired ? paired_points_about_one : points_about_one;
         if (dimension.fixed || f0)
             points = 1;
         const double low = to_scale(p.scale, p.lower), high = to_scale(p.scale, p.upper);
+        if (p.scale == Scale::Angle && !dimension.fixed) {
+            axes.push_back(angles(lobe, low, high, several));
+            continue;
+        }
         std::vector<double> axis;
         for (int k = 0; k < points; ++k)
             axis.push_back(points == 1 ? (f0 || dimension.fixed ? low : 0.5 * (low + high))
@@ -142,7 +169,8 @@ Search::Search(const Device& device, const GramProgram& gram_program,
         std::size_t twin = 0;
         while (twin < l && !(single[twin] == single[l] && same_ranges(spaces_[twin], spaces_[l])))
             ++twin;
-        grid_.push_back(twin < l ? grid_[twin] : add_grid(*single[l], spaces_[l]));
+        grid_.push_back(twin < l ? grid_[twin]
+                                 : add_grid(*single[l], spaces_[l], single.size() > 1));
     }
     for (const PartialFit& fit : partial)
         given_.push_back(add_given(fit, single));
@@ -153,9 +181,11 @@ Search::Search(const Device& device, const GramProgram& gram_program,
 }
 
 // Every point of the lobe's grid becomes a shape.
-Search::Range Search::add_grid(Objective& objective, const Space& space) {
+Search::Range Search::add_grid(Objective& objective, const Space& space, bool several) {
     const int begin = static_cast<int>(shapes_.size());
-    const std::vector<std::vector<double>> axes = axes_of(space);
+    const std::vector<std::vector<double>> axes = axes_of(space, several);
+    constexpr std::size_t none = ~std::size_t{0};
+    const std::size_t pair = has_free_angle(space) ? exchangeable(space).value_or(none) : none;
     std::vector<int> place(axes.size(), 0);
     for (bool more = true; more;) {
         Shape shape;
@@ -165,8 +195,11 @@ Search::Range Search::add_grid(Objective& objective, const Space& space) {
             shape.theta.push_back(std::clamp(value, p.lower, p.upper));
         }
         shape.place = place;
-        add_shape(shape, has_free_f0(space));
-        objective_.push_back(&objective);
+        // A round lobe is the same in every frame.
+        if (pair == none || place[pair] != place[pair + 1] || place.back() == 0) {
+            add_shape(shape, has_free_f0(space));
+            objective_.push_back(&objective);
+        }
         more = false;
         for (std::size_t i = 0; i < axes.size() && !more; ++i) {
             if (++place[i] < static_cast<int>(axes[i].size()))

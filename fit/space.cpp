@@ -1,5 +1,6 @@
 #include "fit/space.hpp"
 
+#include "host/directions.hpp"
 #include "host/error.hpp"
 
 #include <algorithm>
@@ -89,6 +90,8 @@ double to_scale(Scale scale, double value) {
     case Scale::AboutOne:
         return std::copysign(
             std::asinh((std::abs(value) - 1) / about_one) + std::asinh(1 / about_one), value);
+    case Scale::Angle:
+        return value * degree;
     case Scale::Linear:
         break;
     }
@@ -103,6 +106,8 @@ double from_scale(Scale scale, double x) {
         return std::expm1(x);
     case Scale::AboutOne:
         return std::copysign(1 + about_one * std::sinh(std::abs(x) - std::asinh(1 / about_one)), x);
+    case Scale::Angle:
+        return x / degree;
     case Scale::Linear:
         break;
     }
@@ -117,6 +122,8 @@ double slope_of_scale(Scale scale, double value) {
         return 1 + value;
     case Scale::AboutOne:
         return std::hypot(about_one, std::abs(value) - 1);
+    case Scale::Angle:
+        return 1 / degree;
     case Scale::Linear:
         break;
     }
@@ -260,6 +267,17 @@ std::vector<double> Space::random(std::uint64_t seed, std::uint64_t number) cons
         // Not uniform_real_distribution: its values differ between standard libraries.
         x.push_back(low[i] + (high[i] - low[i]) * static_cast<double>(generator() >> 11) * 0x1p-53);
     return to_theta(x);
+}
+
+std::optional<std::size_t> exchangeable(const Space& lobe) {
+    const auto& d = lobe.dimensions();
+    for (std::size_t i = 0; i + 1 < d.size(); ++i) {
+        const Parameter &x = d[i].parameter, &y = d[i + 1].parameter;
+        if (x.scale != Scale::Linear && x.scale == y.scale && x.name.back() != y.name.back() &&
+            x.lower == y.lower && x.upper == y.upper)
+            return i;
+    }
+    return std::nullopt;
 }
 
 bool names_parameter_of(const ParameterRange& range, const std::vector<const Model*>& models) {

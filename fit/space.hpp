@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,10 @@ double to_scale(Scale scale, double value);
 double from_scale(Scale scale, double x);
 /// d value / d x there.
 double slope_of_scale(Scale scale, double value);
+
+/// Of one lobe's space, the first of two roughnesses, exponents or factors side by side that mean
+/// the same along x and y and have the same range; nothing where bounds tell them apart.
+std::optional<std::size_t> exchangeable(const Space& lobe);
 
 /// Whether any of the models has a parameter that the range names, in either form.
 bool names_parameter_of(const ParameterRange& range, const std::vector<const Model*>& models);

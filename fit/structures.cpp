@@ -114,7 +114,7 @@ std::vector<Structure> structures_named(const std::vector<std::string>& models,
 void check_start(const Material& start, const Structure& structure) {
     bool same = start.diffuse == structure.diffuse && start.lobes.size() == structure.lobes.size();
     for (std::size_t l = 0; same && l < structure.lobes.size(); ++l)
-        same = start.lobes[l].model == structure.lobes[l];
+        same = start.lobes[l].model->name == structure.lobes[l]->name; // turned or not
     if (!same)
         throw UsageError(fmt::format("--start: its lobes and diffuse shape are not those of {}",
                                      structure.name()));

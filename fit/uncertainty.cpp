@@ -39,8 +39,10 @@ Eigen::MatrixXd half_hessian(Objective& objective, const Space& space, Metric me
         std::vector<double> t = theta;
         Coefficients c = a;
         double& moved = i < parameters ? t[static_cast<std::size_t>(i)] : c.data()[i - parameters];
-        const double step =
-            1e-3 * std::max(std::abs(moved), i < parameters ? 1e-2 : 1e-2 * typical);
+        double step = 1e-3 * std::max(std::abs(moved), i < parameters ? 1e-2 : 1e-2 * typical);
+        if (i < parameters &&
+            space.dimensions()[static_cast<std::size_t>(i)].parameter.scale == Scale::Angle)
+            step = 0.05; // degrees, wherever the frame points
         // Central differences, one-sided ones at the end of a range.
         double ends[2] = {moved - step, moved + step};
         if (i < parameters) {

@@ -92,8 +92,9 @@ TEST_P(Limit, gradients_are_those_of_differences) {
         const DeviceSamples packed = pack_samples(device(), samples, 80, metric);
         Objective objective(device(), programs().get(structure, packed.channels, packed.chunk),
                             packed);
-        const auto limit = std::make_shared<AlbedoLimit>(AlbedoLimit{
-            ComponentAlbedos(programs(), structure), viewers_at({0, 40, 70, 85}, true), 8192});
+        const auto limit = std::make_shared<AlbedoLimit>(
+            AlbedoLimit{ComponentAlbedos(programs(), structure),
+                        viewers_at({0, 40, 70, 85}, structure, 3, {}), 8192});
         const auto error = [&](const std::vector<double>& theta, std::vector<double>* gradient) {
             Coefficients a;
             return quadratic(metric) ? objective.projected_error(theta, gradient)

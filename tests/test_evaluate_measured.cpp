@@ -273,13 +273,27 @@ TEST_F(EvaluateMeasured, every_measured_file_is_converted_for_renderers) {
     }
 }
 
+/// What one of the scripts beside these tests says of a file; they need Mitsuba.
+test::Outcome checked_by(const std::string& script, const std::string& file) {
+    const char* const python = std::getenv("BRDFIT_PYTHON");
+    return test::run_command({python != nullptr && *python != '\0' ? python : "python3",
+                              fmt::format("{}/tests/{}", BRDFIT_SOURCES, script), BRDFIT_PROGRAM,
+                              file});
+}
+
+TEST_F(EvaluateMeasured, mitsuba_makes_the_same_picture_of_a_file_and_of_what_is_written) {
+    if (test::data_folder().empty())
+        GTEST_SKIP() << "BRDFIT_DATA is not set";
+    const test::Outcome outcome =
+        checked_by("check_sphere.py", (test::data_folder() / "rgl/chm_orange_rgb.bsdf").string());
+    if (outcome.status != 0 && outcome.status != 1)
+        GTEST_SKIP() << "python3 (or what BRDFIT_PYTHON names) has no mitsuba";
+    EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+}
+
 TEST_F(EvaluateMeasured, mitsuba_renders_what_is_written) {
     write_file(folder / "m.json", paint);
-    const char* const python = std::getenv("BRDFIT_PYTHON");
-    const test::Outcome outcome =
-        test::run_command({python != nullptr && *python != '\0' ? python : "python3",
-                           std::string(BRDFIT_SOURCES) + "/tests/check_mitsuba.py", BRDFIT_PROGRAM,
-                           folder / "m.json"});
+    const test::Outcome outcome = checked_by("check_mitsuba.py", folder / "m.json");
     if (outcome.status != 0 && outcome.status != 1)
         GTEST_SKIP() << "python3 (or what BRDFIT_PYTHON names) has no mitsuba";
     EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;

@@ -81,6 +81,7 @@ double unit(const Parameter& p, double value) {
         return 1 + value;
     case Scale::Linear:
     case Scale::AboutOne:
+    case Scale::Angle:
         break;
     }
     return p.upper - p.lower;

@@ -98,6 +98,10 @@ void fit_file(const FitRequest& request, FitDevices& devices, const std::string&
     };
     try {
         samples.emplace(read());
+        if (request.orient && samples->isotropic) {
+            progress.clear();
+            spdlog::warn("{}: is isotropic, so that --orient has nothing to turn", file);
+        }
         structures = structures_of(request, samples->isotropic);
         fitted.resize(structures.size());
         if (const std::exception_ptr hindrance =

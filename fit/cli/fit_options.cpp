@@ -52,6 +52,9 @@ void FitSettings::add_to(CLI::App& command) {
     command.add_flag("--conserve", options.conserve,
                      "only materials that reflect no more light than they receive, up to 89 "
                      "degrees");
+    command.add_flag("--orient", request_.orient,
+                     "also fit how each lobe is turned about the normal, where the data is "
+                     "anisotropic");
     isotropy_.add_to(command);
 }
 

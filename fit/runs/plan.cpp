@@ -56,6 +56,8 @@ Json options_json(const FitRequest& settings) {
     }
     if (settings.isotropic)
         json["isotropic"] = *settings.isotropic;
+    if (settings.orient) // absent otherwise, as in plans before there was a choice
+        json["orient"] = true;
     return json;
 }
 
@@ -188,6 +190,8 @@ class Reader {
             options.start = parse_material(dumped(start), top_.source + ": settings.start");
         if (const Json& isotropic = member(json, at, "isotropic"); !isotropic.is_null())
             settings.isotropic = parse_bool(isotropic, at.member("isotropic"));
+        if (const Json* const orient = optional(json, "orient"))
+            settings.orient = parse_bool(*orient, at.member("orient"));
     }
 
     static Task task(const Json& json, const Place& at, const Plan& plan) {

@@ -162,10 +162,8 @@ class Runner {
     // Fits the tasks of one metric, several at once.
     void fit_tasks(const Home& home, FileTasks tasks, const Samples& samples) {
         std::vector<Structure> structures;
-        for (const Task* task : tasks) {
-            structures.push_back(task->structure);
-            structures.back().isotropic = samples.isotropic;
-        }
+        for (const Task* task : tasks)
+            structures.push_back(formed(plan_.settings, task->structure, samples.isotropic));
         FitCalls calls;
         calls.next = [&](std::size_t i) { return begin(*tasks[i]); };
         calls.done = [&](FitOutcome outcome) {

@@ -19,6 +19,8 @@ const char* scale_name(Scale scale) {
         return "log1p";
     case Scale::AboutOne:
         return "about-one";
+    case Scale::Angle:
+        return "angle";
     case Scale::Linear:
         break;
     }
@@ -50,6 +52,9 @@ Json to_json(const Model& model) {
     json["table"] = model.table;
     json["isotropic"] = to_json(of.isotropic);
     json["anisotropic"] = to_json(of.anisotropic);
+    const Model* const turned = oriented(of);
+    json["orientation"] =
+        turned != nullptr ? to_json({turned->anisotropic.back()})[0] : Json(nullptr);
     return json;
 }
 
@@ -85,6 +90,9 @@ void print(const Model& model) {
     for (const Parameter& p : of.anisotropic)
         if (!lists(of.isotropic, p.name))
             print(p, ", anisotropic form");
+    if (const Model* const turned = oriented(of))
+        print(turned->anisotropic.back(),
+              ", degrees about the normal, with the anisotropic form (--orient)");
 }
 
 } // namespace

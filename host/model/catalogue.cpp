@@ -1,6 +1,7 @@
 #include "host/model/catalogue.hpp"
 
 #include "host/error.hpp"
+#include "kernels/base/direction_planes.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -68,6 +69,17 @@ Parameter lafortune_factor(const char* name) {
     p.upper = 3;
     p.start = -1;
     p.scale = Scale::AboutOne;
+    return p;
+}
+
+// Of the tangent frame about n. Half a turn changes nothing: fits end between -90 and 90.
+Parameter angle(const char* name) {
+    Parameter p;
+    p.name = name;
+    p.lower = -180;
+    p.upper = 180;
+    p.start = 0;
+    p.scale = Scale::Angle;
     return p;
 }
 
@@ -309,6 +321,19 @@ std::vector<Model> make_table_models() {
     return models;
 }
 
+std::vector<Model> make_oriented() {
+    std::vector<Model> models;
+    for (Model model : catalogue()) {
+        if (model.isotropic.size() == model.anisotropic.size())
+            continue;
+        model.anisotropic.push_back(angle("orientation"));
+        model.anisotropic_planes = DIRECTION_PLANES;
+        model.turns = true;
+        models.push_back(std::move(model));
+    }
+    return models;
+}
+
 } // namespace
 
 std::string Model::identifier() const {
@@ -325,6 +350,13 @@ const std::vector<Model>& catalogue() {
 const std::vector<Model>& table_models() {
     static const std::vector<Model> models = make_table_models();
     return models;
+}
+
+const Model* oriented(const Model& model) {
+    static const std::vector<Model> models = make_oriented();
+    const auto found = std::find_if(models.begin(), models.end(),
+                                    [&](const Model& m) { return m.name == model.name; });
+    return found == models.end() ? nullptr : &*found;
 }
 
 const Model* find_model(const std::string& name) {

@@ -8,9 +8,10 @@ namespace brdfit {
 /// How a parameter is spaced in searches and in the optimiser's coordinates.
 enum class Scale {
     Linear,
-    Log,     ///< roughness: x = log(p)
-    Log1p,   ///< exponents from 0: x = log(1 + p)
-    AboutOne ///< fine about -1 and 1: x = sign(p) (asinh(100 (|p| - 1)) + asinh(100))
+    Log,      ///< roughness: x = log(p)
+    Log1p,    ///< exponents from 0: x = log(1 + p)
+    AboutOne, ///< fine about -1 and 1: x = sign(p) (asinh(100 (|p| - 1)) + asinh(100))
+    Angle     ///< degrees, alike after 180: x in radians
 };
 
 /// A non-linear parameter of a lobe.
@@ -39,6 +40,10 @@ enum class Kind {
 /// and, for a lobe, with theta in the anisotropic form (see kernels/terms/half_vectors.cl)
 ///     geometry NAME_sample(wo, theta, u1, u2)            wi drawn from two uniform numbers
 ///     real NAME_density(geometry, theta)                 its density by the solid angle of wi
+/// and, where the two forms differ (see oriented),
+///     real NAME_by_turn(geometry, theta)                 derivative of log g by the angle, in
+///                                                        radians, by which the frame is turned
+///                                                        about n
 struct Model {
     std::string name;
     Kind kind = Kind::Lobe;
@@ -61,6 +66,8 @@ struct Model {
     /// Whether its shape comes from a table that the lobe names (a diffuse shape: the first lobe)
     /// beside its parameters. Its functions then take `table` after theta; it is not fitted.
     bool table = false;
+    /// Whether the last parameter of the anisotropic form is `orientation` (see oriented).
+    bool turns = false;
 
     const std::vector<Parameter>& parameters(bool iso) const {
         return iso ? isotropic : anisotropic;
@@ -78,6 +85,11 @@ struct Model {
 const std::vector<Model>& catalogue();
 /// The models whose lobes name a table.
 const std::vector<Model>& table_models();
+/// The model with its tangent frame turned about n by one more parameter, `orientation`, degrees
+/// from x towards y, in the anisotropic form: its planes are then those of the directions, which
+/// are turned and prepared at each evaluation. nullptr where g is the same in every frame or the
+/// model reads a table.
+const Model* oriented(const Model& model);
 /// The model of that name, with or without a table, or nullptr.
 const Model* find_model(const std::string& name);
 /// The model of that name. Throws UsageError listing the known names.

@@ -116,6 +116,20 @@ void parse_table(const Json& object, const Place& at, Lobe& lobe) {
                                       "--lambertian)");
 }
 
+/// The model whose lobe gives an orientation.
+const Model& parse_oriented(const Place& at, const Model& model, bool isotropic) {
+    const Model* const turned = oriented(model);
+    if (turned == nullptr)
+        at.member("orientation").fail(fmt::format("a {} lobe has none", model.name));
+    if (isotropic)
+        at.member("orientation")
+            .fail(fmt::format(
+                "stands beside {}; expected it beside {}",
+                fmt::join(without(names(model.isotropic), names(model.anisotropic)), ", "),
+                fmt::join(without(names(model.anisotropic), names(model.isotropic)), " and ")));
+    return *turned;
+}
+
 Lobe parse_lobe(const Json& object, const Place& at, std::size_t channels) {
     check_object(object, at, "an object that describes a lobe");
     Lobe lobe;
@@ -124,11 +138,14 @@ Lobe parse_lobe(const Json& object, const Place& at, std::size_t channels) {
     for (const auto* parameters : {&lobe.model->isotropic, &lobe.model->anisotropic})
         for (const std::string& name : without(names(*parameters), keys))
             keys.push_back(name);
+    keys.push_back("orientation");
     if (lobe.model->table)
         keys.insert(keys.end(), {"table", "correlated"});
     check_keys(object, at, keys);
     lobe.ks = parse_strengths(object, at, "ks", channels);
     lobe.isotropic = parse_form(object, at, *lobe.model);
+    if (object.contains("orientation"))
+        lobe.model = &parse_oriented(at, *lobe.model, lobe.isotropic);
     for (const Parameter& p : lobe.model->parameters(lobe.isotropic)) {
         const Json& value = required(object, at, p.name,
                                      fmt::format("a number in [{:.6g}, {:.6g}]", p.lower, p.upper));
@@ -166,6 +183,8 @@ std::vector<std::size_t> isotropic_index(const Model& model) {
     std::vector<std::size_t> index;
     std::size_t i = 0;
     for (const Parameter& parameter : model.anisotropic) {
+        if (parameter.scale == Scale::Angle) // turns what may be isotropic
+            continue;
         const bool second = !index.empty() && index.back() == i;
         index.push_back(i);
         if (second || parameter.name == model.isotropic[i].name)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <fmt/format.h>
+#include <set>
 
 namespace brdfit {
 
@@ -24,6 +25,45 @@ std::string table_argument(const Structure& structure, const Model& model, std::
     return fmt::format("theta + (int)theta[{}], ", layout_of(structure).parameters.size() + lobe);
 }
 
+// How the generated functions below call a model: one whose frame is turned as NAME_turned.
+std::string called(const Model& model) {
+    return model.identifier() + (model.turns ? "_turned" : "");
+}
+
+// A model of the structure's form with its frame turned by the last parameter, degrees: the planes
+// are those of the directions.
+std::string turned_model(const Model& model) {
+    const std::string name = model.identifier();
+    std::string planes = name;
+    std::transform(planes.begin(), planes.end(), planes.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    const std::size_t angle = model.anisotropic.size() - 1;
+    return fmt::format(
+        "static inline void {0}_turned_prepare(geometry q, real* plane)\n{{\n"
+        "    write_geometry(q, plane);\n}}\n"
+        "static inline real {0}_turned(const real* plane, PARAMETER_SPACE const float* theta, "
+        "real* d)\n{{\n"
+        "    const float angle = theta[{2}] * (PI / 180.0f);\n"
+        "    const geometry q = turned(geometry_of(plane), cos(angle), sin(angle));\n"
+        "    real own[{1}_PLANES];\n"
+        "    {0}_prepare(q, own);\n"
+        "    const real g = {0}(own, theta, d);\n"
+        "    d[{2}] = g > 0.0f ? g * {0}_by_turn(q, theta) * (PI / 180.0f) : (real)(0.0f);\n"
+        "    return g;\n}}\n"
+        "static inline geometry {0}_turned_sample(vector wo, PARAMETER_SPACE const float* theta, "
+        "real u1, real u2)\n{{\n"
+        "    const float angle = theta[{2}] * (PI / 180.0f);\n"
+        "    const float cosine = cos(angle), sine = sin(angle);\n"
+        "    const vector own = {{cosine * wo.x + sine * wo.y, cosine * wo.y - sine * wo.x, "
+        "wo.z}};\n"
+        "    return turned({0}_sample(own, theta, u1, u2), cosine, -sine);\n}}\n"
+        "static inline real {0}_turned_density(geometry q, PARAMETER_SPACE const float* "
+        "theta)\n{{\n"
+        "    const float angle = theta[{2}] * (PI / 180.0f);\n"
+        "    return {0}_density(turned(q, cos(angle), sin(angle)), theta);\n}}\n",
+        name, planes, angle);
+}
+
 // The part of the program that depends on the structure: macros and the two functions that run its
 // models (see kernels/passes/evaluate.cl and kernels/passes/sums.cl).
 std::string generated_text(const Structure& structure) {
@@ -39,6 +79,10 @@ std::string generated_text(const Structure& structure) {
                                    parameter_stride(structure), bases);
     // The catalogue says how many planes the host makes room for, the kernel how many it fills.
     for (const PlacedModel& p : placed) {
+        if (p.model->turns) {
+            text += turned_model(*p.model);
+            continue;
+        }
         std::string macro = p.model->identifier();
         std::transform(macro.begin(), macro.end(), macro.begin(),
                        [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
@@ -52,8 +96,7 @@ std::string generated_text(const Structure& structure) {
                         lobes ? layout.lobe_begin[structure.lobes.size() - 1] : 0);
     text += "static inline void material_prepare(geometry q, real* plane)\n{\n";
     for (const PlacedModel& p : placed)
-        text +=
-            fmt::format("    {}_prepare(q, plane + {});\n", p.model->identifier(), p.first_plane);
+        text += fmt::format("    {}_prepare(q, plane + {});\n", called(*p.model), p.first_plane);
     text += "}\nstatic inline void material_basis(const real* plane, PARAMETER_SPACE const float* "
             "theta, real* b, real* d)\n{\n";
     const int diffuse_entry = layout.lobe_begin.back();
@@ -61,11 +104,10 @@ std::string generated_text(const Structure& structure) {
                         structure.diffuse->identifier(), first_plane(placed, structure.diffuse),
                         table_argument(structure, *structure.diffuse, 0), diffuse_entry);
     for (std::size_t l = 0; l < structure.lobes.size(); ++l)
-        text +=
-            fmt::format("    b[{}] = {}(plane + {}, theta + {}, {}d + {});\n", l + 1,
-                        structure.lobes[l]->identifier(), first_plane(placed, structure.lobes[l]),
-                        layout.lobe_begin[l], table_argument(structure, *structure.lobes[l], l),
-                        layout.lobe_begin[l]);
+        text += fmt::format("    b[{}] = {}(plane + {}, theta + {}, {}d + {});\n", l + 1,
+                            called(*structure.lobes[l]), first_plane(placed, structure.lobes[l]),
+                            layout.lobe_begin[l], table_argument(structure, *structure.lobes[l], l),
+                            layout.lobe_begin[l]);
     return text + "}\n";
 }
 
@@ -75,7 +117,7 @@ std::string generated_sampling(const Structure& structure) {
     std::string draw = "    if (j == 0)\n        return cosine_sample(wo, u1, u2);\n";
     std::string densities = "    p[0] = cosine_density(q);\n";
     for (std::size_t l = 0; l < structure.lobes.size(); ++l) {
-        const std::string name = structure.lobes[l]->identifier();
+        const std::string name = called(*structure.lobes[l]);
         const int begin = layout.lobe_begin[l];
         if (l + 1 < structure.lobes.size())
             draw += fmt::format("    if (j == {})\n    ", l + 1);
@@ -120,6 +162,8 @@ std::string loss_passes(const std::string& name) {
 // The structure's models and the functions that run them.
 std::string model_text(const Structure& structure) {
     std::string text = fmt::format("#define ROUGHNESSES {}\n", structure.isotropic ? 1 : 2);
+    if (structure.turns())
+        text += "#define TURNED\n";
     if (structure.has_tables())
         text = "#define TABLES\n" + text;
     text += kernel_texts({"base/common.cl", "base/direction_planes.h", "base/geometry.cl",
@@ -127,8 +171,10 @@ std::string model_text(const Structure& structure) {
                           "terms/cosine_power.cl", "terms/trowbridge_reitz.cl", "terms/erf.cl"});
     if (structure.has_tables())
         text += kernel_texts({"terms/table_words.h", "terms/distribution.cl", "terms/grid.cl"});
+    std::set<std::string> known; // a model may stand there turned too
     for (const PlacedModel& p : placed_models(structure))
-        text += kernel_text(fmt::format("models/{}.cl", p.model->name));
+        if (known.insert(p.model->name).second)
+            text += kernel_text(fmt::format("models/{}.cl", p.model->name));
     return text + generated_text(structure);
 }
 

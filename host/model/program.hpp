@@ -23,7 +23,8 @@
 //     }
 //
 // and for drawing and albedos component_sample and component_densities, which do the same with
-// kurt_sample and kurt_density.
+// kurt_sample and kurt_density. A lobe whose frame is turned (Model::turns) is run through
+// kurt_turned and so on, which turn the directions first.
 
 namespace brdfit {
 

@@ -24,8 +24,8 @@ std::vector<PlacedModel> placed_models(const Structure& structure) {
 std::string Structure::name() const {
     if (lobes.empty())
         return diffuse->name;
-    const bool one_model =
-        std::all_of(lobes.begin(), lobes.end(), [&](const Model* m) { return m == lobes.front(); });
+    const bool one_model = std::all_of(
+        lobes.begin(), lobes.end(), [&](const Model* m) { return m->name == lobes.front()->name; });
     std::string text = coupled() ? diffuse->name : lobes.front()->name;
     for (std::size_t l = 1; l < lobes.size() && !one_model; ++l)
         text += "+" + lobes[l]->name;
@@ -36,11 +36,23 @@ bool Structure::has_tables() const {
     return std::any_of(lobes.begin(), lobes.end(), [](const Model* m) { return m->table; });
 }
 
+bool Structure::turns() const {
+    return std::any_of(lobes.begin(), lobes.end(), [](const Model* m) { return m->turns; });
+}
+
 std::string Structure::key() const {
     std::string text = diffuse->name + (isotropic ? " isotropic" : " anisotropic");
     for (const Model* lobe : lobes)
-        text += " " + lobe->name;
+        text += " " + lobe->name + (lobe->turns ? " turned" : "");
     return text;
+}
+
+Structure turned(Structure structure) {
+    structure.isotropic = false;
+    for (const Model*& lobe : structure.lobes)
+        if (const Model* const model = oriented(*lobe))
+            lobe = model;
+    return structure;
 }
 
 StructureLayout layout_of(const Structure& structure) {

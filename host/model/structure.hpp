@@ -20,6 +20,8 @@ struct Structure {
     bool coupled() const { return diffuse->kind == Kind::DiffuseAndLobe; }
     /// Whether a lobe's model reads a table (Model::table).
     bool has_tables() const;
+    /// Whether the frame of a lobe is turned (Model::turns).
+    bool turns() const;
     /// Unlike for structures that differ.
     std::string key() const;
 };
@@ -38,6 +40,9 @@ struct StructureLayout {
     int basis = 1;                        ///< diffuse and lobes
     int planes = 0;                       ///< of the distinct models
 };
+
+/// The structure in the anisotropic form with every lobe's frame turned that can be (see oriented).
+Structure turned(Structure structure);
 
 StructureLayout layout_of(const Structure& structure);
 /// Words from one set of parameters to the next where a program takes several (PARAMETERS there); 0

@@ -105,3 +105,16 @@ static inline void scale_by(real g, real* d)
     for (int k = 0; k < ROUGHNESSES; ++k)
         d[k] *= g;
 }
+
+// The geometry in a frame turned by that angle from x towards y.
+static inline geometry turned(geometry q, float cosine, float sine)
+{
+    geometry t = q;
+    t.wi_x = cosine * q.wi_x + sine * q.wi_y;
+    t.wi_y = cosine * q.wi_y - sine * q.wi_x;
+    t.wo_x = cosine * q.wo_x + sine * q.wo_y;
+    t.wo_y = cosine * q.wo_y - sine * q.wo_x;
+    t.h_x = cosine * q.h_x + sine * q.h_y;
+    t.h_y = cosine * q.h_y - sine * q.h_x;
+    return t;
+}

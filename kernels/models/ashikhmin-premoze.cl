@@ -18,3 +18,8 @@ static inline real ashikhmin_premoze(const real* plane, PARAMETER_SPACE const fl
 
 // Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
 SAMPLES_BECKMANN(ashikhmin_premoze, theta[1], theta[2])
+
+static inline real ashikhmin_premoze_by_turn(geometry q, PARAMETER_SPACE const float* theta)
+{
+    return beckmann_by_turn(q, theta[1], theta[2]);
+}

@@ -32,3 +32,8 @@ static inline real ashikhmin_shirley_density(geometry q, PARAMETER_SPACE const f
     const real e = exponent_at(q.h_x, q.h_y, nu, nv);
     return sqrt((nu + 1.0f) * (nv + 1.0f)) * (0.125f / PI) * exp(e * log_hz(q) - log(q.c));
 }
+
+static inline real ashikhmin_shirley_by_turn(geometry q, PARAMETER_SPACE const float* theta)
+{
+    return cosine_power_by_turn(q, 1.0f, theta[1], theta[2]);
+}

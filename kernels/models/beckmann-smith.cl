@@ -139,3 +139,19 @@ static inline real beckmann_smith_density(geometry q, PARAMETER_SPACE const floa
         beckmann_lambda(squared(mx * q.wo_x / q.wo_z) + squared(my * q.wo_y / q.wo_z), &slope);
     return exp(-t - 4.0f * log_hz(q)) * (0.25f / PI / mx / my) / (q.wo_z * (1.0f + lambda));
 }
+
+static inline real beckmann_smith_by_turn(geometry q, PARAMETER_SPACE const float* theta)
+{
+    const float mx = theta[1];
+    const float my = theta[2];
+    real slope_i, slope_o;
+    const real lambda_i =
+        beckmann_lambda(squared(mx * q.wi_x / q.wi_z) + squared(my * q.wi_y / q.wi_z), &slope_i);
+    const real lambda_o =
+        beckmann_lambda(squared(mx * q.wo_x / q.wo_z) + squared(my * q.wo_y / q.wo_z), &slope_o);
+    // d (1/a^2) = 2 (w.x/w.z) (w.y/w.z) (mx^2 - my^2); the slopes are twice dL by it
+    const real by_lambda = slope_i * (q.wi_x / q.wi_z) * (q.wi_y / q.wi_z) +
+                           slope_o * (q.wo_x / q.wo_z) * (q.wo_y / q.wo_z);
+    return beckmann_by_turn(q, mx, my) -
+           by_lambda * (mx * mx - my * my) / (1.0f + lambda_i + lambda_o);
+}

@@ -33,3 +33,8 @@ static inline real edwards_density(geometry q, PARAMETER_SPACE const float* thet
     return sqrt((nx + 1.0f) * (ny + 1.0f)) * (0.25f / PI) *
            exp((2.0f * e + 1.0f) * log_hz(q) - log(q.c));
 }
+
+static inline real edwards_by_turn(geometry q, PARAMETER_SPACE const float* theta)
+{
+    return cosine_power_by_turn(q, 2.0f, theta[1], theta[2]);
+}

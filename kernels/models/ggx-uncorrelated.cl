@@ -35,3 +35,15 @@ static inline real ggx_uncorrelated_density(geometry q, PARAMETER_SPACE const fl
 {
     return trowbridge_reitz_density(q, theta[1], theta[2]);
 }
+
+static inline real ggx_uncorrelated_by_turn(geometry q, PARAMETER_SPACE const float* theta)
+{
+    const float ax = theta[1];
+    const float ay = theta[2];
+    real plane[GGX_UNCORRELATED_PLANES];
+    ggx_uncorrelated_prepare(q, plane);
+    const trowbridge_reitz t = trowbridge_reitz_of(plane, theta + 1);
+    return -2.0f * e_by_turn(q, ax, ay) / t.e -
+           a_by_turn(q.wi_x, q.wi_y, t.a_i, ax, ay) / (t.iz + t.a_i) -
+           a_by_turn(q.wo_x, q.wo_y, t.a_o, ax, ay) / (t.oz + t.a_o);
+}

@@ -38,3 +38,16 @@ static inline real ggx_density(geometry q, PARAMETER_SPACE const float* theta)
 {
     return trowbridge_reitz_density(q, theta[1], theta[2]);
 }
+
+static inline real ggx_by_turn(geometry q, PARAMETER_SPACE const float* theta)
+{
+    const float ax = theta[1];
+    const float ay = theta[2];
+    real plane[GGX_PLANES];
+    ggx_prepare(q, plane);
+    const trowbridge_reitz t = trowbridge_reitz_of(plane, theta + 1);
+    const real v = t.oz * t.a_i + t.iz * t.a_o;
+    const real by_v = t.oz * a_by_turn(q.wi_x, q.wi_y, t.a_i, ax, ay) +
+                      t.iz * a_by_turn(q.wo_x, q.wo_y, t.a_o, ax, ay);
+    return -2.0f * e_by_turn(q, ax, ay) / t.e - by_v / v;
+}

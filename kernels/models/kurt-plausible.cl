@@ -18,3 +18,8 @@ static inline real kurt_plausible(const real* plane, PARAMETER_SPACE const float
 
 // Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
 SAMPLES_BECKMANN(kurt_plausible, theta[1], theta[2])
+
+static inline real kurt_plausible_by_turn(geometry q, PARAMETER_SPACE const float* theta)
+{
+    return beckmann_by_turn(q, theta[1], theta[2]);
+}

@@ -29,3 +29,8 @@ static inline real kurt(const real* plane, PARAMETER_SPACE const float* theta, r
 
 // Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
 SAMPLES_BECKMANN(kurt, theta[1], theta[2])
+
+static inline real kurt_by_turn(geometry q, PARAMETER_SPACE const float* theta)
+{
+    return beckmann_by_turn(q, theta[1], theta[2]);
+}

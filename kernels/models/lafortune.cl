@@ -111,3 +111,13 @@ static inline real lafortune_density(geometry q, PARAMETER_SPACE const float* th
     const real power = exp(n * log1p(-fmin(loss, (real)(0.9999999f))));
     return loss < 1.0f ? (n + 1.0f) * (0.5f / PI) * power : (real)(0.0f);
 }
+
+static inline real lafortune_by_turn(geometry q, PARAMETER_SPACE const float* theta)
+{
+    // d(wi.x wo.x) = wi.y wo.x + wi.x wo.y = -d(wi.y wo.y); s cancels
+    const float cx = theta[0];
+    const float cy = theta[1];
+    const real product = cx * q.wi_x * q.wo_x + cy * q.wi_y * q.wo_y + q.wi_z * q.wo_z;
+    return theta[2] * (cx - cy) * (q.wi_y * q.wo_x + q.wi_x * q.wo_y) /
+           fmax(product, (real)(FLT_MIN));
+}

@@ -18,3 +18,8 @@ static inline real ward_duer(const real* plane, PARAMETER_SPACE const float* the
 
 // Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
 SAMPLES_BECKMANN(ward_duer, theta[0], theta[1])
+
+static inline real ward_duer_by_turn(geometry q, PARAMETER_SPACE const float* theta)
+{
+    return beckmann_by_turn(q, theta[0], theta[1]);
+}

@@ -19,3 +19,8 @@ static inline real ward_gmd(const real* plane, PARAMETER_SPACE const float* thet
 
 // Half vectors from D hz, Kurt et al. 2010, Eq. 16-17, 20.
 SAMPLES_BECKMANN(ward_gmd, theta[0], theta[1])
+
+static inline real ward_gmd_by_turn(geometry q, PARAMETER_SPACE const float* theta)
+{
+    return beckmann_by_turn(q, theta[0], theta[1]);
+}

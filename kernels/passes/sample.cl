@@ -5,8 +5,14 @@
 // A component is drawn with probability P_j proportional to its albedo at wo, averaged over channels:
 // strengths[j], its mean coefficient, times the albedo of b_j in a table.
 
-// table[j][i][k]: wo of height max((i / (HEIGHTS-1))^2, LEAST_HEIGHT) and azimuth k / (AZIMUTHS-1) pi/2.
-// The table only has to resemble the albedo; the other quadrants are taken as mirror images.
+// table[j][i][k]: wo of height max((i / (HEIGHTS-1))^2, LEAST_HEIGHT) and azimuth k / (AZIMUTHS-1) SECTOR.
+// The table only has to resemble the albedo; the other quadrants are taken as mirror images, those of
+// TURNED lobes as turned by half a circle.
+#ifdef TURNED
+#define SECTOR PI
+#else
+#define SECTOR (0.5f * PI)
+#endif
 #define LEAST_HEIGHT 1e-4f
 #define TABLE_SAMPLES 128
 
@@ -19,7 +25,7 @@ __kernel void tabulate(PARAMETER_SPACE const float* theta, __global float* table
     const int j = entry / (HEIGHTS * AZIMUTHS);
     const float root = (float)(entry / AZIMUTHS % HEIGHTS) / (HEIGHTS - 1);
     const float z = fmax(root * root, LEAST_HEIGHT);
-    const float phi = (float)(entry % AZIMUTHS) / (AZIMUTHS - 1) * (0.5f * PI);
+    const float phi = (float)(entry % AZIMUTHS) / (AZIMUTHS - 1) * SECTOR;
     const float r = sqrt((1.0f - z) * (1.0f + z));
     const vector wo = {(real)(r * cos(phi)), (real)(r * sin(phi)), (real)(z)};
     float sum = 0.0f;
@@ -43,7 +49,11 @@ static inline void probabilities(__global const float* table, __global const flo
                                  float y, float z, float* p)
 {
     const float height = sqrt(clamp(z, 0.0f, 1.0f)) * (HEIGHTS - 1);
+#ifdef TURNED
+    const float azimuth = atan2(fabs(y), y < 0.0f ? -x : x) * ((AZIMUTHS - 1) / SECTOR);
+#else
     const float azimuth = atan2(fabs(y), fabs(x)) * ((AZIMUTHS - 1) * 2.0f / PI);
+#endif
     const int i = min((int)height, HEIGHTS - 2);
     const int k = min((int)azimuth, AZIMUTHS - 2);
     const float s = height - i;

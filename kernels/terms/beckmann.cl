@@ -67,3 +67,9 @@ static inline real beckmann_fresnel_lobe(const real* plane, real k, real p5,
     scale_by(g, d + 1);
     return g;
 }
+
+// The derivative of log exp(k - t) by the angle of the frame: dh.x = h.y, dh.y = -h.x.
+static inline real beckmann_by_turn(geometry q, float mx, float my)
+{
+    return 2.0f * (q.h_x / q.h_z) * (q.h_y / q.h_z) * (1.0f / (my * my) - 1.0f / (mx * mx));
+}

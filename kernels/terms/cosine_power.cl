@@ -57,6 +57,14 @@ static inline real cosine_power_lobe(const real* plane, PARAMETER_SPACE const fl
     return g;
 }
 
+// The derivative of log hz^(scale e) by the angle of the frame: dh.x = h.y, dh.y = -h.x.
+static inline real cosine_power_by_turn(geometry q, float scale, float nx, float ny)
+{
+    const real s = q.h_x * q.h_x + q.h_y * q.h_y;
+    const real ratio = s < 1e-30f ? (real)(-0.5f) : log_hz(q) / s;
+    return 2.0f * scale * ratio * q.h_x * q.h_y * (nx - ny);
+}
+
 // Half vectors whose density goes with hz^(scale e): tan phi = sqrt((nx+1)/(ny+1)) tan(2 pi u1), carried on
 // through all quadrants so that equal parts of u1 are stratified over the azimuth;
 // hz^scale = u2^(1/(e+1)).

@@ -98,3 +98,14 @@ static inline real trowbridge_reitz_density(geometry q, float ax, float ay)
     const real a = sqrt(squared(q.wo_x * ax) + squared(q.wo_y * ay) + squared(q.wo_z));
     return (0.5f / PI / ax / ay) / (e * e * (q.wo_z + a));
 }
+
+// The derivatives by the angle of the frame (dx = y, dy = -x) of E and of A(w).
+static inline real e_by_turn(geometry q, float ax, float ay)
+{
+    return 2.0f * q.h_x * q.h_y * (1.0f / (ax * ax) - 1.0f / (ay * ay));
+}
+
+static inline real a_by_turn(real x, real y, real a, float ax, float ay)
+{
+    return x * y * (ax * ax - ay * ay) / a;
+}

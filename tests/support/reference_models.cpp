@@ -239,6 +239,11 @@ double reference_value_rounded(const std::string& model, bool isotropic,
     });
 }
 
+Vector seen_turned(const Vector& v, double degrees) {
+    const double c = std::cos(degrees * degree), s = std::sin(degrees * degree);
+    return {c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]};
+}
+
 double reference_evaluate(const Material& material, std::size_t channel, const Vector& wi,
                           const Vector& wo) {
     std::vector<double> coupled;
@@ -246,9 +251,16 @@ double reference_evaluate(const Material& material, std::size_t channel, const V
         coupled = {material.lobes.at(0).theta.at(0)};
     double f =
         material.kd[channel] * reference_value(material.diffuse->name, true, coupled, wi, wo);
-    for (const Lobe& lobe : material.lobes)
-        f += lobe.ks[channel] *
-             reference_value(lobe.model->name, lobe.isotropic, lobe.theta, wi, wo);
+    for (const Lobe& lobe : material.lobes) {
+        std::vector<double> theta = lobe.theta;
+        double angle = 0;
+        if (lobe.model->turns) {
+            angle = theta.back();
+            theta.pop_back();
+        }
+        f += lobe.ks[channel] * reference_value(lobe.model->name, lobe.isotropic, theta,
+                                                seen_turned(wi, angle), seen_turned(wo, angle));
+    }
     return f;
 }
 

@@ -20,6 +20,9 @@ double reference_value_rounded(const std::string& model, bool isotropic,
                                const std::vector<double>& theta, const Vector& wi, const Vector& wo,
                                std::size_t k, double change);
 
+/// A direction as a frame sees it that is turned about n, degrees from x towards y.
+Vector seen_turned(const Vector& v, double degrees);
+
 /// kd diffuse + sum of ks g, for one channel.
 double reference_evaluate(const Material& material, std::size_t channel, const Vector& wi,
                           const Vector& wo);
