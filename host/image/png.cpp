@@ -29,15 +29,15 @@ std::uint8_t byte_of(float light) {
 
 } // namespace
 
-void write_png(const Image& image, const std::string& path) {
+std::string png_bytes(const Image& image) {
     const std::size_t channels = image.planes.size(), count = image.width * image.height;
     const bool whole =
         std::all_of(image.planes.begin(), image.planes.end(),
                     [&](const std::vector<float>& plane) { return plane.size() == count; });
     if (count == 0 || (channels != 1 && channels != 3) || !whole)
-        throw UsageError(fmt::format("{}: a PNG image of {} x {} pixels and {} planes; expected 1 "
-                                     "or 3 planes of that size",
-                                     path, image.width, image.height, channels));
+        throw UsageError(fmt::format("a PNG image of {} x {} pixels and {} planes; expected 1 or 3 "
+                                     "planes of that size",
+                                     image.width, image.height, channels));
     std::vector<std::uint8_t> values;
     values.reserve(count * channels);
     for (std::size_t i = 0; i < count; ++i)
@@ -53,13 +53,18 @@ void write_png(const Image& image, const std::string& path) {
     std::string file_bytes;
     const auto write = [&](void* memory) {
         if (png_image_write_to_memory(&png, memory, &bytes, 0, values.data(), 0, nullptr) == 0)
-            throw InputError(fmt::format("{}: cannot be written: {}", path, png.message));
+            throw InputError(fmt::format("a PNG image cannot be made: {}", png.message));
     };
     write(nullptr); // how many bytes
     file_bytes.resize(bytes);
     write(file_bytes.data());
+    file_bytes.resize(bytes);
+    return file_bytes;
+}
+
+void write_png(const Image& image, const std::string& path) {
     OutputFile file(path);
-    file.write(std::string_view(file_bytes.data(), bytes));
+    file.write(png_bytes(image));
     file.commit();
 }
 

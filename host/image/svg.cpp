@@ -30,6 +30,20 @@ std::string svg_escaped(const std::string& text) {
     return out;
 }
 
+std::string base64(const std::string& bytes) {
+    constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string out;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        std::uint32_t word = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            word =
+                word << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+        for (std::size_t k = 0; k < 4; ++k)
+            out += i + k <= bytes.size() ? letters[word >> (18 - 6 * k) & 63U] : '=';
+    }
+    return out;
+}
+
 Image drawn_svg(const std::string& svg, std::size_t width, std::size_t height) {
     check_image_size(width, height, 4, width * height);
     GError* error = nullptr;

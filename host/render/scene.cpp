@@ -50,7 +50,7 @@ Axes axes_of(const View& view) {
 }
 
 /// What a light sends to the scene's middle, about: to draw strong lights more often.
-double strength(const Light& light) {
+double strength(const SceneLight& light) {
     const double mean = (light.rgb[0] + light.rgb[1] + light.rgb[2]) / 3;
     const double d2 = std::max(dot(light.at, light.at), 1e-6);
     switch (light.kind) {
@@ -80,7 +80,7 @@ Camera camera_of(const Scene& scene) {
     // Every shape's bounding sphere lies within the four sides of the view.
     constexpr double margin = 1.08;
     double distance = 0;
-    for (const Shape& shape : scene.shapes) {
+    for (const SceneShape& shape : scene.shapes) {
         if (shape.ground)
             continue;
         const double radius =
@@ -102,7 +102,7 @@ Camera camera_of(const Scene& scene) {
     return camera;
 }
 
-std::vector<Shape> shapes_named(const std::string& name, brushing brushed) {
+std::vector<SceneShape> shapes_named(const std::string& name, brushing brushed) {
     constexpr std::size_t most_spheres = 64;
     std::size_t columns = 0, rows = 1;
     char rest = 0;
@@ -111,11 +111,11 @@ std::vector<Shape> shapes_named(const std::string& name, brushing brushed) {
     else if (std::sscanf(name.c_str(), "row:%4zu%c", &columns, &rest) != 1 &&
              std::sscanf(name.c_str(), "grid:%4zux%4zu%c", &columns, &rows, &rest) != 2)
         columns = 0;
-    std::vector<Shape> shapes;
+    std::vector<SceneShape> shapes;
     if (columns > 0 && rows > 0 && columns * rows <= most_spheres) {
         for (std::size_t row = 0; row < rows; ++row)
             for (std::size_t column = 0; column < columns; ++column) {
-                Shape sphere;
+                SceneShape sphere;
                 sphere.brushed = brushed;
                 sphere.at = {
                     gap * (static_cast<double>(column) - 0.5 * static_cast<double>(columns - 1)), 0,
@@ -124,7 +124,7 @@ std::vector<Shape> shapes_named(const std::string& name, brushing brushed) {
             }
         return shapes;
     }
-    Shape shape;
+    SceneShape shape;
     shape.brushed = brushed;
     if (name == "cylinder") {
         shape.kind = CYLINDER;
@@ -149,7 +149,7 @@ std::vector<Shape> shapes_named(const std::string& name, brushing brushed) {
     return shapes;
 }
 
-Light light_from(const std::string& text) {
+SceneLight light_from(const std::string& text) {
     const auto fail = [&] {
         return UsageError(fmt::format(
             "--light {}: expected point:X,Y,Z,INTENSITY, directional:THETA,PHI,IRRADIANCE or "
@@ -177,7 +177,7 @@ Light light_from(const std::string& text) {
     }
     if (numbers.size() != places + 1 && numbers.size() != places + 3)
         throw fail();
-    Light light;
+    SceneLight light;
     for (std::size_t ch = 0; ch < 3; ++ch)
         light.rgb[ch] = numbers[numbers.size() == places + 1 ? places : places + ch];
     if (std::any_of(light.rgb.begin(), light.rgb.end(), [](double x) { return x < 0; }) ||
@@ -209,7 +209,7 @@ std::vector<float> packed(const Scene& scene) {
         const Rgb flux = scene.environment->flux();
         strengths.push_back((flux[0] + flux[1] + flux[2]) / 12);
     }
-    for (const Light& light : scene.lights)
+    for (const SceneLight& light : scene.lights)
         strengths.push_back(strength(light));
     if (strengths.empty())
         throw UsageError("a scene without light; expected an environment or --light");
@@ -232,7 +232,7 @@ std::vector<float> packed(const Scene& scene) {
     words[SHAPES] = static_cast<float>(scene.shapes.size());
     words[LIGHTS] = static_cast<float>(strengths.size());
     std::size_t at = SCENE_WORDS;
-    for (const Shape& shape : scene.shapes) {
+    for (const SceneShape& shape : scene.shapes) {
         words[at + SHAPE_KIND] = static_cast<float>(shape.kind);
         put(words, at + SHAPE_AT, shape.at);
         words[at + SHAPE_RADIUS] = static_cast<float>(shape.radius);
@@ -252,7 +252,7 @@ std::vector<float> packed(const Scene& scene) {
         at += LIGHT_WORDS;
         number = 1;
     }
-    for (const Light& light : scene.lights) {
+    for (const SceneLight& light : scene.lights) {
         words[at + LIGHT_KIND] = static_cast<float>(light.kind);
         words[at + LIGHT_CHOICE] = static_cast<float>(strengths[number++]);
         put(words, at + LIGHT_AT, light.at);

@@ -12,7 +12,7 @@
 namespace brdfit {
 
 /// A shape, in units of the scene; z is up.
-struct Shape {
+struct SceneShape {
     shape_kind kind = SPHERE;
     Vector at{};            ///< centre
     double radius = 1;      ///< > 0
@@ -22,7 +22,7 @@ struct Shape {
 };
 
 /// A light besides the environment.
-struct Light {
+struct SceneLight {
     light_kind kind = POINT;
     Vector at{};               ///< where it is; directional: unit direction to it
     Rgb rgb{};                 ///< W/sr, W/m2 or W/(m2 sr), see light_kind
@@ -39,8 +39,8 @@ struct View {
 };
 
 struct Scene {
-    std::vector<Shape> shapes; ///< at least one
-    std::vector<Light> lights;
+    std::vector<SceneShape> shapes; ///< at least one
+    std::vector<SceneLight> lights;
     std::optional<Environment> environment;
     double turn = 0; ///< of the environment about z, radians
     Rgb ground{0.5, 0.5, 0.5};
@@ -50,12 +50,12 @@ struct Scene {
 
 /// The shapes of a name: sphere, row:N, grid:COLUMNSxROWS (of spheres), cylinder, plane, ground (a
 /// sphere on a plane). Throws UsageError for others, and for more than 64 spheres.
-std::vector<Shape> shapes_named(const std::string& name, brushing brushed);
+std::vector<SceneShape> shapes_named(const std::string& name, brushing brushed);
 
 /// A light from text: point:X,Y,Z,I or directional:THETA,PHI,E (degrees) or
 /// rectangle:X,Y,Z,WIDTH,HEIGHT,L, which faces the origin; I, E, L one number or three, R,G,B.
 /// Throws UsageError for others.
-Light light_from(const std::string& text);
+SceneLight light_from(const std::string& text);
 
 /// The words of kernels/scene/scene_words.h. Throws UsageError where there is no light.
 std::vector<float> packed(const Scene& scene);
