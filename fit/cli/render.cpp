@@ -5,6 +5,7 @@
 #include "host/cli/progress.hpp"
 #include "host/cli/within.hpp"
 #include "host/error.hpp"
+#include "host/image/difference.hpp"
 #include "host/image/plot.hpp"
 #include "host/render/picture.hpp"
 #include "host/render/renderer.hpp"
@@ -15,6 +16,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <spdlog/spdlog.h>
 
@@ -35,7 +37,8 @@ struct Options {
     std::size_t columns = 0; // 0: one row
     Tone tone = Tone::Reinhard;
     ExrPixel pixel = ExrPixel::Half;
-    bool theta_given = false, samples_given = false;
+    bool theta_given = false, samples_given = false, compare = false, scale_given = false;
+    double scale = 4; // of a difference
 };
 
 /// W or WxH in pixels.
@@ -149,6 +152,28 @@ void write_picture(const Options& options, const std::vector<Panel>& panels, std
     write_exr(picture, options.out, options.pixel);
 }
 
+/// The difference of two pictures as a third panel, and what is said of it.
+std::string compare(const Options& options, std::vector<Panel>& panels) {
+    const Image &a = panels[0].image, &b = panels[1].image;
+    Panel difference{fmt::format("difference x {:g}", options.scale), a};
+    for (std::size_t ch = 0; ch < 3; ++ch)
+        for (std::size_t i = 0; i < a.planes[ch].size(); ++i)
+            difference.image.planes[ch][i] = static_cast<float>(
+                options.scale * std::abs(double{a.planes[ch][i]} - b.planes[ch][i]));
+    const Image shown_a = toned(a, options.exposure, options.tone),
+                shown_b = toned(b, options.exposure, options.tone);
+    const Psnr ratio = psnr(shown_a, shown_b);
+    const std::vector<float> seen = flip(shown_a, shown_b);
+    const double mean =
+        std::accumulate(seen.begin(), seen.end(), 0.0) / static_cast<double>(seen.size());
+    panels.push_back(std::move(difference));
+    return fmt::format(
+        "PSNR {:.2f} dB (R {:.2f}, G {:.2f}, B {:.2f}), FLIP {:.4f} in the mean, {:.4f} "
+        "at most",
+        ratio.all, ratio.channels[0], ratio.channels[1], ratio.channels[2], mean,
+        *std::max_element(seen.begin(), seen.end()));
+}
+
 int render(const Options& options, const Globals& globals) {
     const std::string ending = std::filesystem::path(options.out).extension().string();
     if (ending != ".png" && ending != ".exr")
@@ -159,6 +184,10 @@ int render(const Options& options, const Globals& globals) {
     if (!options.labels.empty() && options.labels.size() != options.inputs.size())
         throw UsageError(fmt::format("--labels: {} for {} materials", options.labels.size(),
                                      options.inputs.size()));
+    if (options.compare && options.inputs.size() != 2)
+        throw UsageError(fmt::format("--compare: {} inputs; expected two", options.inputs.size()));
+    if (!options.compare && options.scale_given)
+        throw UsageError("--scale: of a difference; expected it with --compare");
     const Scene scene = scene_of(options);
     RenderSettings settings = options.settings;
     settings.tolerance = options.tolerance;
@@ -197,6 +226,10 @@ int render(const Options& options, const Globals& globals) {
                 spdlog::warn("{}: --tolerance {} is not reached with {} samples a pixel",
                              options.inputs[k], *settings.tolerance, film.samples());
         }
+    }
+    if (options.compare) {
+        notes.push_back(compare(options, panels));
+        attributes["difference"] = fmt::format("times {:g}; {}", options.scale, notes.back());
     }
     write_picture(options, panels, options.columns == 0 ? panels.size() : options.columns,
                   std::move(attributes));
@@ -283,6 +316,13 @@ void add_render(CLI::App& app, const Globals& globals, Action& action) {
         ->check(CLI::Range(std::size_t{1}, most_panels));
     command->add_option("--labels", options->labels, "names for the pictures, A,B,...")
         ->delimiter(',');
+    command->add_flag("--compare", options->compare,
+                      "of two: their difference as a third picture; PSNR and FLIP of what a screen "
+                      "shows");
+    const CLI::Option* const scale =
+        command->add_option("--scale", options->scale, "of the difference")
+            ->capture_default_str()
+            ->check(within(1e-3, 1e6));
     command->add_option("--exposure", options->exposure, ".png: brighter by so many stops")
         ->check(within(-30, 30));
     command->add_option("--tone", options->tone, ".png: reinhard (highlights compressed) or clip")
@@ -296,8 +336,9 @@ void add_render(CLI::App& app, const Globals& globals, Action& action) {
         "  brdfit render nickel.binary nickel.kurt.1.json --environment sky -o nickel.exr\n"
         "  brdfit render brushed.json --shape cylinder --brushed along --light "
         "point:3,-4,5,60 -o cylinder.png");
-    command->callback([options, theta, samples, &globals, &action] {
+    command->callback([options, theta, samples, scale, &globals, &action] {
         options->theta_given = theta->count() > 0;
+        options->scale_given = scale->count() > 0;
         options->samples_given = samples->count() > 0;
         action = [options, &globals] { return render(*options, globals); };
     });

@@ -108,7 +108,7 @@ Environment sky_environment() {
     constexpr double elevation = 40 * degree, azimuth = -135 * degree, sun_radius = 1.2 * degree;
     const Vector sun = direction(pi / 2 - elevation, azimuth);
     const double scale = 0.35 / clear_sky(1, pi / 2 - elevation);
-    return filled("sky", 512, [=](const Vector& to) -> Rgb {
+    return filled("sky", 256, [=](const Vector& to) -> Rgb {
         const double from_sun = std::acos(std::clamp(dot(to, sun), -1.0, 1.0));
         if (to[2] <= 0) // ground, a little darker far below
             return {0.16 + 0.04 * to[2], 0.14 + 0.04 * to[2], 0.12 + 0.04 * to[2]};

@@ -71,12 +71,14 @@ Image labelled(const Image& toned, const std::vector<Panel>& panels, std::size_t
     std::string svg = fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" "
                                   "height=\"{}\" font-family=\"sans-serif\" font-size=\"{:.1f}\">",
                                   toned.width, toned.height, size);
-    for (std::size_t k = 0; k < panels.size(); ++k)
-        svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"white\" stroke=\"black\" "
-                           "stroke-width=\"{:.1f}\" paint-order=\"stroke\">{}</text>",
-                           static_cast<double>(k % columns * width) + 0.5 * size,
-                           static_cast<double>((k / columns + 1) * height) - 0.5 * size, size / 6,
-                           svg_escaped(panels[k].label));
+    // A dark edge first, then the letters: both show on any picture.
+    for (const char* ink : {"fill=\"none\" stroke=\"black\"", "fill=\"white\""})
+        for (std::size_t k = 0; k < panels.size(); ++k)
+            svg +=
+                fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" stroke-width=\"{:.1f}\" {}>{}</text>",
+                            static_cast<double>(k % columns * width) + 0.5 * size,
+                            static_cast<double>((k / columns + 1) * height) - 0.5 * size, size / 5,
+                            ink, svg_escaped(panels[k].label));
     const Image text = drawn_svg(svg + "</svg>", toned.width, toned.height);
     Image made = toned;
     for (std::size_t ch = 0; ch < 3; ++ch)
