@@ -250,9 +250,10 @@ TEST(Render, bounces_add_what_shapes_send_each_other) {
         const double mean = whole_of(film).mean;
         EXPECT_GT(mean, before);
         before = mean;
-        if (bounces == 24)
+        if (bounces == 24) {
             for (std::size_t i = 0; i < film.pixels(); ++i)
                 ASSERT_NEAR(film.mean(Film::Red, i), 1, 0.02) << i;
+        }
     }
 }
 
