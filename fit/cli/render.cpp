@@ -24,7 +24,7 @@ namespace brdfit::cli {
 
 namespace {
 
-constexpr std::size_t most_panels = 256;
+constexpr std::size_t most_panels = 256, most_pixels = std::size_t{1} << 24;
 
 struct Options {
     std::vector<std::string> inputs, lights, labels;
@@ -189,6 +189,11 @@ int render(const Options& options, const Globals& globals) {
     if (!options.compare && options.scale_given)
         throw UsageError("--scale: of a difference; expected it with --compare");
     const Scene scene = scene_of(options);
+    const std::size_t pixels = scene.view.width * scene.view.height;
+    if (pixels * (options.inputs.size() + (options.compare ? 1 : 0)) > most_pixels)
+        throw UsageError(
+            fmt::format("--size {}: {} pictures of {} pixels; expected at most {} in all",
+                        options.size, options.inputs.size(), pixels, most_pixels));
     RenderSettings settings = options.settings;
     settings.tolerance = options.tolerance;
     if (settings.tolerance && !options.samples_given)

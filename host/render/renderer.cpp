@@ -126,6 +126,13 @@ Renderer::Renderer(const Device& device, std::shared_ptr<const MeasuredBrdf> mea
       program_(build_render_program(device_, drawn_structure(proposal))),
       drawn_(device_, program_, with_even_part(proposal)) {}
 
+std::size_t Renderer::samples_at_once() const {
+    if (!measured_)
+        return samples_a_launch;
+    // Values of all channels come at once.
+    return paths_a_launch * 3 / std::max<std::size_t>(3, measured_->channels().size());
+}
+
 std::vector<float> Renderer::material_means(const OnDevice& scene, std::size_t first,
                                             std::size_t pixels, std::size_t count) const {
     const cl::Buffer out =
@@ -206,8 +213,8 @@ Film Renderer::render(const Scene& scene, const RenderSettings& settings,
     while (film.samples() < settings.samples) {
         const std::size_t count = std::min(size, settings.samples - film.samples());
         const double share = static_cast<double>(count) / static_cast<double>(settings.samples);
-        const std::size_t piece = std::max<std::size_t>(
-            1, (measured_ ? paths_a_launch : samples_a_launch) / padded(count, width));
+        const std::size_t piece =
+            std::max<std::size_t>(1, samples_at_once() / padded(count, width));
         on_device.keys.s[2] = static_cast<cl_uint>(film.batches());
         for (std::size_t first = 0; first < film.pixels(); first += piece) {
             const std::size_t pixels = std::min(piece, film.pixels() - first);

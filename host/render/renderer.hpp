@@ -49,6 +49,7 @@ class Renderer {
 
   private:
     struct OnDevice;
+    std::size_t samples_at_once() const; ///< that bound the memory of a launch
     std::vector<float> material_means(const OnDevice& scene, std::size_t first, std::size_t pixels,
                                       std::size_t count) const;
     std::vector<float> measured_means(const OnDevice& scene, std::size_t first, std::size_t pixels,
