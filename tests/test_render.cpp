@@ -232,8 +232,8 @@ TEST(Render, repeats_bit_for_bit) {
     }
 }
 
-// Light that never leaves: a Lambertian ground of albedo 1 under an even sky shows 1 with a white
-// sphere on it, once light is followed far enough, and less without.
+// A white sphere on white ground under an even sky shows 1, once light is followed far enough, and
+// less before. Drawn by the material alone every path brings 1, or nothing where it is cut off.
 TEST(Render, bounces_add_what_shapes_send_each_other) {
     const Material white = material_of({}, 1);
     Scene scene = sphere_under(even_environment(), 24);
@@ -243,6 +243,7 @@ TEST(Render, bounces_add_what_shapes_send_each_other) {
     const Renderer renderer(device(), white, "white");
     RenderSettings settings;
     settings.samples = 256;
+    settings.drawn = MATERIAL_ALONE;
     double before = 0;
     for (const int bounces : {0, 1, 3, 24}) {
         settings.bounces = bounces;
