@@ -27,7 +27,7 @@ namespace {
 constexpr AddCommand commands[] = {
     add_devices,   add_models, add_info,   add_synth, add_convert,  add_fit,  add_eval,
     add_pdf,       add_sample, add_albedo, add_table, add_generate, add_demo, add_plan,
-    add_run_shard, add_status, add_merge,  add_cache, add_render,
+    add_run_shard, add_status, add_merge,  add_cache, add_render,   add_plot,
 #ifdef BRDFIT_BENCH
     add_bench,     add_tune,
 #endif
