@@ -11,7 +11,7 @@ cd "$(dirname "$0")"
 needed="cmake ninja-build g++ pkg-config
 pocl-opencl-icd ocl-icd-opencl-dev opencl-headers opencl-clhpp-headers
 libnlopt-dev libeigen3-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libssl-dev
-libopenexr-dev libpng-dev zlib1g-dev libnanoflann-dev libsqlite3-dev"
+libopenexr-dev libpng-dev librsvg2-dev zlib1g-dev libnanoflann-dev libsqlite3-dev"
 needed_by_tests="libgtest-dev libbenchmark-dev oclgrind"
 needed_by_checks="clang clang-format"
 # What mesa-opencl-icd depends on.

@@ -20,10 +20,10 @@ namespace fs = std::filesystem;
 // rooms.
 const std::vector<std::vector<std::string>> order = {
     {"kernels/base"},   {"kernels/terms"}, {"kernels/models"},
-    {"kernels/passes"}, {"host"},          {"host/files"},
+    {"kernels/scene"},  {"kernels/passes"}, {"host"},          {"host/files"},
     {"host/image"},     {"host/device"},   {"host/measured", "host/microfacet"},
     {"host/model"},     {"host/evaluate"}, {"host/albedo"},
-    {"host/table"},     {"host/cli"},      {"fit"},
+    {"host/table"},     {"host/render"},   {"host/cli"},      {"fit"},
     {"fit/runs"},       {"fit/cli"},       {"bench/native"},
     {"bench"},          {"bench/cli"},     {"bench/micro"},
     {"tests/support"},  {"tests/fuzz"},    {"tests"},

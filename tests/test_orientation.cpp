@@ -125,7 +125,7 @@ TEST_P(EveryOriented, follows_its_density) {
     const Model& next = model_named(names[static_cast<std::size_t>(place + 1) % names.size()]);
     expect_samples_follow_density(
         material_of({turned_lobe(model, 0.1, 0.3, -60), turned_lobe(next, 0.5, 0.2, 20)}, 0.3),
-        100000);
+        400000);
 }
 
 TEST_P(EveryOriented, has_the_albedo_of_the_viewer_in_its_frame) {

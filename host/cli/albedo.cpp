@@ -177,16 +177,18 @@ void plot(const Options& options, const std::vector<Albedo>& albedos) {
 int run_albedo(const Options& options, const Globals& globals) {
     require_tolerance(options.tolerance);
     const std::string ending = std::filesystem::path(options.out).extension().string();
-    if (!options.out.empty() && ending != ".csv" && ending != ".exr" && ending != ".svg")
+    const bool plots = ending == ".svg" || ending == ".png";
+    if (!options.out.empty() && ending != ".csv" && ending != ".exr" && !plots)
         throw UsageError(
-            fmt::format("{}: unknown ending; expected .csv, .exr or .svg", options.out));
+            fmt::format("{}: unknown ending; expected .csv, .exr, .svg or .png", options.out));
     const bool prints_rows = options.out.empty() && !options.json;
     if (options.inputs.size() > 1 && prints_rows)
-        throw UsageError("several inputs: expected -o with .svg, or --json");
-    if (options.inputs.size() > 1 && !options.out.empty() && ending != ".svg")
-        throw UsageError(fmt::format("{}: holds one input; only .svg shows several", options.out));
-    if (ending != ".svg" && (options.top > 0 || !options.title.empty()))
-        throw UsageError("--top and --title: for .svg only");
+        throw UsageError("several inputs: expected -o with .svg or .png, or --json");
+    if (options.inputs.size() > 1 && !options.out.empty() && !plots)
+        throw UsageError(
+            fmt::format("{}: holds one input; only .svg and .png show several", options.out));
+    if (!plots && (options.top > 0 || !options.title.empty()))
+        throw UsageError("--top and --title: for .svg and .png only");
     for (const std::string& path : options.inputs) // what is wrong with any, before all work
         grid_of(read_input(path, options, globals), options);
     std::vector<Albedo> albedos;
@@ -204,7 +206,7 @@ int run_albedo(const Options& options, const Globals& globals) {
             if (note.find("did not reach") != std::string::npos)
                 spdlog::warn("{}: {}", options.inputs[i], note);
     const std::string source = std::filesystem::path(options.inputs[0]).filename().string();
-    if (ending == ".svg")
+    if (plots)
         plot(options, albedos);
     else if (!options.out.empty())
         write_albedo(albedos[0], options.out, source);
@@ -254,7 +256,7 @@ void add_albedo(CLI::App& app, const Globals& globals, Action& action) {
     command->add_option(
         "-o,--output", options->out,
         ".csv or .exr: theta, phi in radians, a column or plane a channel, "
-        "<channel>_error; .svg: a plot; without it, and without --json, the .csv is "
+        "<channel>_error; .svg or .png: a plot; without it, and without --json, the .csv is "
         "printed");
     command->add_option("--title", options->title, "of the plot");
     command

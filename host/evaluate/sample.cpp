@@ -49,47 +49,55 @@ std::array<std::uint32_t, 4> keys_of(std::uint64_t seed, Sequence sequence) {
     return keys;
 }
 
-Sampler::Sampler(const Device& device, const Material& material)
-    : device_(device), channels_(material.channels.size()) {
+Structure drawn_structure(const Material& material) {
     Structure structure;
     structure.diffuse = material.diffuse;
     structure.isotropic = false;
-    const std::size_t basis = 1 + material.lobes.size();
-    std::vector<double> coefficients(channels_ * basis), strengths(basis);
     for (const Lobe& lobe : material.lobes)
         structure.lobes.push_back(lobe.model);
+    return structure;
+}
+
+DrawnMaterial::DrawnMaterial(const Device& device, const cl::Program& program,
+                             const Material& material) {
+    const std::size_t channels = material.channels.size(), basis = 1 + material.lobes.size();
+    std::vector<double> of_channels(channels * basis), means(basis);
     for (std::size_t j = 0; j < basis; ++j)
-        for (std::size_t ch = 0; ch < channels_; ++ch) {
+        for (std::size_t ch = 0; ch < channels; ++ch) {
             const double value = j == 0 ? material.kd[ch] : material.lobes[j - 1].ks[ch];
-            coefficients[ch * basis + j] = value;
-            strengths[j] += value / static_cast<double>(channels_);
+            of_channels[ch * basis + j] = value;
+            means[j] += value / static_cast<double>(channels);
         }
     // Only ratios matter, and huge coefficients must not overflow.
-    const double largest = *std::max_element(strengths.begin(), strengths.end());
-    for (double& strength : strengths)
-        strength /= largest > 0 ? largest : 1;
+    const double largest = *std::max_element(means.begin(), means.end());
+    for (double& mean : means)
+        mean /= largest > 0 ? largest : 1;
 
-    program_ = build_sample_program(device_, structure);
-    theta_ = upload(device_, device_parameters(material, false));
-    coefficients_ = upload(device_, to_float(coefficients));
-    strengths_ = upload(device_, to_float(strengths));
+    theta = upload(device, device_parameters(material, false));
+    coefficients = upload(device, to_float(of_channels));
+    strengths = upload(device, to_float(means));
     const std::size_t entries = basis * HEIGHTS * AZIMUTHS;
-    table_ = make_buffer(device_, entries * sizeof(float), CL_MEM_READ_WRITE);
-    cl::Kernel kernel(program_, "tabulate");
-    kernel.setArg(0, theta_);
-    kernel.setArg(1, table_);
-    const auto local = static_cast<std::size_t>(device_.form.local_size);
-    device_.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(padded(entries, local)),
-                                       cl::NDRange(local));
-    std::vector<float> table = download<float>(device_, table_, entries);
+    table = make_buffer(device, entries * sizeof(float), CL_MEM_READ_WRITE);
+    cl::Kernel kernel(program, "tabulate");
+    kernel.setArg(0, theta);
+    kernel.setArg(1, table);
+    const auto local = static_cast<std::size_t>(device.form.local_size);
+    device.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(padded(entries, local)),
+                                      cl::NDRange(local));
+    std::vector<float> albedos = download<float>(device, table, entries);
     for (std::size_t j = 0; j < basis; ++j) {
-        const auto begin = table.begin() + static_cast<std::ptrdiff_t>(j * HEIGHTS * AZIMUTHS);
+        const auto begin = albedos.begin() + static_cast<std::ptrdiff_t>(j * HEIGHTS * AZIMUTHS);
         const auto end = begin + HEIGHTS * AZIMUTHS;
         const float least = std::max(least_share_of_peak * *std::max_element(begin, end), 1e-30F);
         std::transform(begin, end, begin, [least](float x) { return std::max(x, least); });
     }
-    table_ = upload(device_, table);
+    table = upload(device, albedos);
+}
 
+Sampler::Sampler(const Device& device, const Material& material)
+    : device_(device), channels_(material.channels.size()),
+      program_(build_sample_program(device_, drawn_structure(material))),
+      material_(device_, program_, material) {
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const std::size_t planes = DRAWN_WEIGHTS + channels_;
     pass_ = std::min(most_samples_a_pass,
@@ -111,10 +119,10 @@ void Sampler::draw(const Vector& wo, std::size_t first, std::size_t n, std::uint
     kernel.setArg(2, static_cast<cl_int>(sequence == Sequence::Sobol));
     kernel.setArg(3, static_cast<cl_uint>(first));
     kernel.setArg(4, static_cast<cl_uint>(count));
-    kernel.setArg(5, theta_);
-    kernel.setArg(6, table_);
-    kernel.setArg(7, strengths_);
-    kernel.setArg(8, coefficients_);
+    kernel.setArg(5, material_.theta);
+    kernel.setArg(6, material_.table);
+    kernel.setArg(7, material_.strengths);
+    kernel.setArg(8, material_.coefficients);
     kernel.setArg(9, static_cast<cl_int>(channels_));
     kernel.setArg(10, out_);
     enqueue_runs(device_, kernel, count);
@@ -156,9 +164,9 @@ DirectionSamples Sampler::sample(const Vector& wo, std::size_t n, std::uint64_t 
 std::vector<float> Sampler::density(const Directions& directions,
                                     const ProgressFunction& progress) const {
     cl::Kernel kernel(program_, "density");
-    kernel.setArg(2, theta_);
-    kernel.setArg(3, table_);
-    kernel.setArg(4, strengths_);
+    kernel.setArg(2, material_.theta);
+    kernel.setArg(3, material_.table);
+    kernel.setArg(4, material_.strengths);
     return run_over_directions(device_, kernel, 5, 1, directions, progress);
 }
 

@@ -3,6 +3,7 @@
 #include "host/device/device.hpp"
 #include "host/measured/samples.hpp"
 #include "host/model/material.hpp"
+#include "host/model/structure.hpp"
 #include "host/progress.hpp"
 
 #include <array>
@@ -28,6 +29,20 @@ struct DirectionSamples {
 
     std::size_t count() const { return pdf.size(); }
     const float* weight(std::size_t channel) const { return weights.data() + channel * count(); }
+};
+
+/// The structure of a program that draws from a material.
+Structure drawn_structure(const Material& material);
+
+/// What kernels that draw from a material read of it, on the device.
+struct DrawnMaterial {
+    /// `program` is of drawn_structure and has passes/sample.cl, whose kernel tabulates albedos.
+    DrawnMaterial(const Device& device, const cl::Program& program, const Material& material);
+
+    cl::Buffer theta;
+    cl::Buffer coefficients; ///< [channel][component]: diffuse and lobes
+    cl::Buffer strengths;    ///< [component] mean coefficients, the largest 1
+    cl::Buffer table;        ///< of the components' albedos, see passes/sample.cl
 };
 
 /// Draws directions for a material: one of its components (diffuse and lobes) with probability
@@ -56,9 +71,10 @@ class Sampler {
 
     Device device_;
     std::size_t channels_;
-    std::size_t pass_; ///< a multiple of the vector width
+    std::size_t pass_ = 0; ///< a multiple of the vector width
     cl::Program program_;
-    cl::Buffer theta_, coefficients_, strengths_, table_, out_;
+    DrawnMaterial material_;
+    cl::Buffer out_;
 };
 
 /// Draws n directions for a material at wo; see Sampler.

@@ -47,6 +47,8 @@ Image read_png(const std::string& path);
 /// or not at all; what is outside of 0 to 1 is cut off, what is no number black. Throws InputError
 /// where it cannot, and UsageError where planes and sizes disagree.
 void write_png(const Image& image, const std::string& path);
+/// The bytes of that file.
+std::string png_bytes(const Image& image);
 
 /// read_exr or read_png, by content. Throws InputError also where it is neither.
 Image read_image(const std::string& path);

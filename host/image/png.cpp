@@ -3,6 +3,7 @@
 #include "host/error.hpp"
 #include "host/files/file.hpp"
 #include "host/image/limits.hpp"
+#include "host/image/srgb.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,34 +23,26 @@ bool starts_with(std::string_view bytes, std::string_view signature) {
     return bytes.substr(0, signature.size()) == signature;
 }
 
-/// IEC 61966-2-1.
-float linear_light(std::uint8_t srgb) {
-    const double s = srgb / 255.0;
-    return static_cast<float>(s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
-}
-
-std::uint8_t srgb_of(float light) {
-    const double x = light > 0 ? std::min(double{light}, 1.0) : 0;
-    const double s = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-    return static_cast<std::uint8_t>(std::lround(255 * s));
+std::uint8_t byte_of(float light) {
+    return static_cast<std::uint8_t>(std::lround(255 * srgb_of_linear(light)));
 }
 
 } // namespace
 
-void write_png(const Image& image, const std::string& path) {
+std::string png_bytes(const Image& image) {
     const std::size_t channels = image.planes.size(), count = image.width * image.height;
     const bool whole =
         std::all_of(image.planes.begin(), image.planes.end(),
                     [&](const std::vector<float>& plane) { return plane.size() == count; });
     if (count == 0 || (channels != 1 && channels != 3) || !whole)
-        throw UsageError(fmt::format("{}: a PNG image of {} x {} pixels and {} planes; expected 1 "
-                                     "or 3 planes of that size",
-                                     path, image.width, image.height, channels));
+        throw UsageError(fmt::format("a PNG image of {} x {} pixels and {} planes; expected 1 or 3 "
+                                     "planes of that size",
+                                     image.width, image.height, channels));
     std::vector<std::uint8_t> values;
     values.reserve(count * channels);
     for (std::size_t i = 0; i < count; ++i)
         for (const std::vector<float>& plane : image.planes)
-            values.push_back(srgb_of(plane[i]));
+            values.push_back(byte_of(plane[i]));
     png_image png{};
     png.version = PNG_IMAGE_VERSION;
     png.width = static_cast<png_uint_32>(image.width);
@@ -60,13 +53,18 @@ void write_png(const Image& image, const std::string& path) {
     std::string file_bytes;
     const auto write = [&](void* memory) {
         if (png_image_write_to_memory(&png, memory, &bytes, 0, values.data(), 0, nullptr) == 0)
-            throw InputError(fmt::format("{}: cannot be written: {}", path, png.message));
+            throw InputError(fmt::format("a PNG image cannot be made: {}", png.message));
     };
     write(nullptr); // how many bytes
     file_bytes.resize(bytes);
     write(file_bytes.data());
+    file_bytes.resize(bytes);
+    return file_bytes;
+}
+
+void write_png(const Image& image, const std::string& path) {
     OutputFile file(path);
-    file.write(std::string_view(file_bytes.data(), bytes));
+    file.write(png_bytes(image));
     file.commit();
 }
 
@@ -106,8 +104,9 @@ Image read_png(const std::string& path) {
     for (std::size_t ch = 0; ch < channels; ++ch) {
         std::vector<float>& plane = image.planes.emplace_back(image.width * image.height);
         for (std::size_t i = 0; i < plane.size(); ++i)
-            plane[i] = eight_bits ? linear_light(narrow[i * channels + ch])
-                                  : static_cast<float>(wide[i * channels + ch]) / 65535.0F;
+            plane[i] = eight_bits
+                           ? linear_of_srgb(static_cast<float>(narrow[i * channels + ch]) / 255.0F)
+                           : static_cast<float>(wide[i * channels + ch]) / 65535.0F;
     }
     return image;
 }

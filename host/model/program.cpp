@@ -200,6 +200,15 @@ cl::Program build_sample_program(const Device& device, const Structure& structur
     return build_kernels(device, text, structure.name());
 }
 
+cl::Program build_render_program(const Device& device, const Structure& structure) {
+    const std::string text =
+        model_text(structure) + kernel_text("base/random.cl") + generated_sampling(structure) +
+        kernel_texts({"passes/sample.h", "passes/sample.cl", "scene/scene_words.h",
+                      "scene/shapes.cl", "scene/lights.cl", "passes/render.cl",
+                      "passes/render_measured.cl"});
+    return build_kernels(device, text, structure.name());
+}
+
 cl::Program build_albedo_program(const Device& device, const Structure& structure) {
     const std::string text = model_text(structure) + kernel_text("base/random.cl") +
                              generated_sampling(structure) +

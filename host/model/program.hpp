@@ -37,6 +37,9 @@ cl::Program build_program(const Device& device, const Structure& structure, int 
 /// Builds passes/sample.cl for a structure, which must have the anisotropic form. Throws like
 /// build_program.
 cl::Program build_sample_program(const Device& device, const Structure& structure);
+/// Builds passes/render.cl and render_measured.cl, with sample.cl and what they need of scene/, for
+/// a structure, which must have the anisotropic form. Throws like build_program.
+cl::Program build_render_program(const Device& device, const Structure& structure);
 /// Builds passes/albedo.cl for a structure, which must have the anisotropic form. Throws like
 /// build_program.
 cl::Program build_albedo_program(const Device& device, const Structure& structure);
