@@ -24,9 +24,10 @@ const std::vector<std::vector<std::string>> order = {
     {"host/image"},     {"host/device"},   {"host/measured", "host/microfacet"},
     {"host/model"},     {"host/evaluate"}, {"host/albedo"},
     {"host/table"},     {"host/cli"},      {"fit"},
-    {"fit/runs"},       {"fit/cli"},       {"bench/native"},
-    {"bench"},          {"bench/cli"},     {"bench/micro"},
-    {"tests/support"},  {"tests/fuzz"},    {"tests"},
+    {"fit/runs"},       {"host/python"},   {"fit/cli"},
+    {"bench/native"},   {"bench"},         {"bench/cli"},
+    {"bench/micro"},    {"tests/support"}, {"tests/fuzz"},
+    {"tests"},
 };
 
 // The level of a room, or -1 where the list has none of that name.
