@@ -13,6 +13,7 @@ pocl-opencl-icd ocl-icd-opencl-dev opencl-headers opencl-clhpp-headers
 libnlopt-dev libeigen3-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libssl-dev
 libopenexr-dev libpng-dev zlib1g-dev libnanoflann-dev libsqlite3-dev"
 needed_by_tests="libgtest-dev libbenchmark-dev oclgrind"
+needed_by_python="python3-venv python3-dev"
 needed_by_checks="clang clang-format"
 needed_by_package="dpkg-dev file"
 
@@ -55,6 +56,17 @@ install_drivers() {
         echo "Intel's CPU runtime cannot be installed: no tests on it"
 }
 
+# What the Python module's tests need, in build-python. Sets python_options, for CMake.
+prepare_python() {
+    python_options="-DBRDFIT_PYTHON=OFF"
+    (install_packages $needed_by_python) && { [ -x build-python/bin/pip ] || python3 -m venv build-python; } &&
+        timeout 300 build-python/bin/pip install -q --retries 1 --timeout 20 -r tests/python/requirements.txt || {
+        echo "the Python module is not built: Debian's python3-venv or packages of PyPI cannot be had"
+        return 0
+    }
+    python_options="-DBRDFIT_PYTHON=ON -DPython_EXECUTABLE=$PWD/build-python/bin/python"
+}
+
 build() {
     configure build "$@"
     cmake --build build -j "$(nproc)"
@@ -79,7 +91,8 @@ demo)
     ;;
 test)
     install_packages $needed $needed_by_tests
-    build -DBUILD_TESTING=ON -DBRDFIT_BENCH=ON
+    prepare_python
+    build -DBUILD_TESTING=ON -DBRDFIT_BENCH=ON $python_options
     ctest --test-dir build --output-on-failure --no-tests=error -j "$(nproc)"
     ;;
 drivers)

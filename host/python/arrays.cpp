@@ -25,11 +25,11 @@ std::string element(const Rows& rows, std::size_t row, const Shape& shape) {
 }
 
 template <typename T>
-nb::object owned(std::vector<T>&& values, const Shape& shape) {
+nb::ndarray<nb::numpy, T> owned(std::vector<T>&& values, const Shape& shape) {
     auto* const kept = new std::vector<T>(std::move(values));
     const nb::capsule owner(
         kept, [](void* vector) noexcept { delete static_cast<std::vector<T>*>(vector); });
-    return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), shape.size(), shape.data(), owner));
+    return {kept->data(), shape.size(), shape.data(), owner};
 }
 
 } // namespace
@@ -80,20 +80,21 @@ std::vector<Vector> viewers_of(const Rows& wo, const Shape& shape) {
     return viewers;
 }
 
-nb::object to_array(std::vector<float>&& values, const Shape& shape) {
+FloatArray to_array(std::vector<float>&& values, const Shape& shape) {
     return owned(std::move(values), shape);
 }
 
-nb::object to_array(std::vector<double>&& values, const Shape& shape) {
+DoubleArray to_array(std::vector<double>&& values, const Shape& shape) {
     return owned(std::move(values), shape);
 }
 
-nb::object to_array(const std::vector<std::vector<double>>& planes, std::size_t columns) {
+DoubleArray to_array(const std::vector<std::vector<double>>& planes, const Shape& shape) {
     std::vector<double> all;
-    all.reserve(planes.size() * columns);
     for (const std::vector<double>& plane : planes)
         all.insert(all.end(), plane.begin(), plane.end());
-    return owned(std::move(all), {planes.size(), columns});
+    Shape whole{planes.size()};
+    whole.insert(whole.end(), shape.begin(), shape.end());
+    return owned(std::move(all), whole);
 }
 
 } // namespace brdfit::python

@@ -54,16 +54,21 @@ Directions directions_of(const Rows& wi, const Rows& wo, const Shape& shape);
 /// Viewers of them, as read_viewers; throws also for one that is not above the horizon.
 std::vector<Vector> viewers_of(const Rows& wo, const Shape& shape);
 
-/// A NumPy array of that shape that holds the values.
-nb::object to_array(std::vector<float>&& values, const Shape& shape);
-nb::object to_array(std::vector<double>&& values, const Shape& shape);
-nb::object to_array(const std::vector<std::vector<double>>& planes, std::size_t columns);
+/// NumPy arrays that hold values.
+using FloatArray = nb::ndarray<nb::numpy, float>;
+using DoubleArray = nb::ndarray<nb::numpy, double>;
+
+/// An array of that shape that takes the values over.
+FloatArray to_array(std::vector<float>&& values, const Shape& shape);
+DoubleArray to_array(std::vector<double>&& values, const Shape& shape);
+/// An array of the planes, each of that shape, one after the other.
+DoubleArray to_array(const std::vector<std::vector<double>>& planes, const Shape& shape);
 /// A read-only NumPy array of values that `owner` keeps.
 template <typename T, typename Owner>
-nb::object view_of(const T* values, const Shape& shape, const Owner& owner) {
+nb::ndarray<nb::numpy, const T> view_of(const T* values, const Shape& shape, const Owner& owner) {
     const nb::capsule keeper(new Owner(owner),
                              [](void* kept) noexcept { delete static_cast<Owner*>(kept); });
-    return nb::cast(nb::ndarray<nb::numpy, const T>(values, shape.size(), shape.data(), keeper));
+    return {values, shape.size(), shape.data(), keeper};
 }
 
 } // namespace brdfit::python

@@ -16,7 +16,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <nanobind/stl/map.h>
-#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
@@ -166,8 +166,8 @@ void add_material(nb::module_& module) {
                     return directional_albedo(opened(device).device, m.material(), theta, phi,
                                               tolerance, call.progress());
                 });
-                return nb::make_tuple(to_array(found.values, theta.size()),
-                                      to_array(found.errors, theta.size()));
+                return std::pair(to_array(found.values, {theta.size()}),
+                                 to_array(found.errors, {theta.size()}));
             },
             nb::arg("theta"), nb::arg("phi"), nb::arg("tolerance"), nb::arg("device"),
             nb::arg("progress").none())

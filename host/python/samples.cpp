@@ -107,7 +107,7 @@ Samples samples_of(const Rows& wi, const Rows& wo, const Rows& values,
     return samples;
 }
 
-nb::object directions_view(const SampleSet& set, Directions::Plane first) {
+nb::ndarray<nb::numpy, const float> directions_view(const SampleSet& set, Directions::Plane first) {
     const Samples& samples = set.samples();
     return view_of(samples.directions->plane(first), {3, samples.count()}, samples.directions);
 }
@@ -184,10 +184,10 @@ void add_samples(nb::module_& module) {
                                 set.shared());
              })
         .def("weights",
-             [](const SampleSet& set) -> nb::object {
+             [](const SampleSet& set) -> std::optional<nb::ndarray<nb::numpy, const float>> {
                  const Samples& samples = set.samples();
                  if (samples.weights.empty())
-                     return nb::none();
+                     return std::nullopt;
                  return view_of(samples.weights.data(), {samples.count()}, set.shared());
              })
         .def("valid",

@@ -5,14 +5,15 @@
 #include "host/python/module.hpp"
 #include "host/table/table.hpp"
 
-#include <array>
 #include <fmt/format.h>
 #include <memory>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
+#include <tuple>
 #include <utility>
 
 // Tables for renderers, and tables of distributions.
@@ -64,14 +65,23 @@ TableSpec preset_named(const std::string& name) {
 }
 
 /// [value][slowest axis]...[fastest axis].
-nb::object values_of(const Table& table) {
-    Shape shape{table.values.size()};
+DoubleArray values_of(const Table& table) {
+    Shape shape;
     for (auto axis = table.spec.axes.rbegin(); axis != table.spec.axes.rend(); ++axis)
         shape.push_back(axis->size);
-    std::vector<double> values;
-    for (const std::vector<double>& plane : table.values)
-        values.insert(values.end(), plane.begin(), plane.end());
-    return to_array(std::move(values), shape);
+    return to_array(table.values, shape);
+}
+
+// Name, nodes and mapping of each axis.
+std::vector<std::tuple<std::string, DoubleArray, std::string>> axes_of(const Table& table) {
+    std::vector<std::tuple<std::string, DoubleArray, std::string>> axes;
+    for (const Axis& axis : table.spec.axes) {
+        std::vector<double> nodes(axis.size);
+        for (std::size_t i = 0; i < axis.size; ++i)
+            nodes[i] = axis.value(i);
+        axes.emplace_back(axis.name(), to_array(std::move(nodes), {axis.size}), axis.mapping());
+    }
+    return axes;
 }
 
 void add_table(nb::module_& module) {
@@ -84,19 +94,7 @@ void add_table(nb::module_& module) {
         .def_rw("parameters", &Changes::parameters);
     nb::class_<Table>(module, "RenderTable")
         .def("values", &values_of)
-        .def("axes",
-             [](const Table& table) {
-                 nb::list axes;
-                 for (const Axis& axis : table.spec.axes) {
-                     std::vector<double> nodes(axis.size);
-                     for (std::size_t i = 0; i < axis.size; ++i)
-                         nodes[i] = axis.value(i);
-                     const Shape shape{axis.size};
-                     axes.append(nb::make_tuple(axis.name(), to_array(std::move(nodes), shape),
-                                                axis.mapping()));
-                 }
-                 return axes;
-             })
+        .def("axes", &axes_of)
         .def("provenance", [](const Table& table) { return provenance(table); })
         .def_prop_ro("channels", [](const Table& table) { return table.spec.channels; })
         .def_prop_ro("error", [](const Table& table) { return table.error; })

@@ -304,7 +304,7 @@ class Material:
             thetas, phis = np.broadcast_arrays(floats("theta", theta), floats("phi", phi))
         except ValueError as error:
             raise error if isinstance(error, InputError) else InputError(f"theta and phi: {error}") from None
-        if not bool(np.all((thetas >= 0) & (thetas <= np.pi / 2))):
+        if not bool(np.all((thetas >= 0) & (thetas <= np.pi / 2 + 1e-6))):  # as float32 rounds it
             raise InputError("theta: expected angles from 0 to pi/2, radians")
         if not bool(np.all(np.isfinite(phis))):
             raise InputError("phi: expected finite angles, radians")
@@ -313,7 +313,7 @@ class Material:
             return np.zeros((*shape, len(self.channels))), np.zeros((*shape, len(self.channels)))
         with reporter(progress, "integrating") as report:
             values, errors = self._core.albedo(
-                thetas.ravel().tolist(),
+                np.minimum(thetas, np.pi / 2).ravel().tolist(),
                 phis.ravel().tolist(),
                 number("tolerance", tolerance, 0, 1),
                 wish(device),
