@@ -34,10 +34,13 @@ nb::ndarray<nb::numpy, T> owned(std::vector<T>&& values, const Shape& shape) {
 
 } // namespace
 
-Rows::Rows(Array array, std::string name, std::size_t columns)
-    : array_(std::move(array)), name_(std::move(name)), data_(array_.data()),
-      float64_(array_.dtype() == nb::dtype<double>()), count_(0), columns_(columns), row_stride_(0),
-      column_stride_(0) {
+Rows::Rows(nb::handle array, std::string name, std::size_t columns)
+    : name_(std::move(name)), data_(nullptr), float64_(false), count_(0), columns_(columns),
+      row_stride_(0), column_stride_(0) {
+    if (!nb::try_cast(array, array_))
+        throw InputError(fmt::format("{}: no array on the host", name_));
+    data_ = array_.data();
+    float64_ = array_.dtype() == nb::dtype<double>();
     if (!float64_ && array_.dtype() != nb::dtype<float>())
         throw InputError(fmt::format("{}: expected float32 or float64", name_));
     if (array_.ndim() != 2 || (columns > 0 && array_.shape(1) != columns))

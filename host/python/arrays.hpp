@@ -14,15 +14,12 @@ namespace brdfit::python {
 
 namespace nb = nanobind;
 
-/// Any array on the host that is not written to.
-using Array = nb::ndarray<nb::ro, nb::device::cpu>;
-
 /// A two-dimensional array of float32 or float64 with any strides. Keeps it alive, not the
 /// interpreter's lock.
 class Rows {
   public:
-    /// Throws InputError, naming it, for an array of another type or shape. `columns` 0: any.
-    Rows(Array array, std::string name, std::size_t columns);
+    /// Throws InputError, naming it, for what is no such array. `columns` 0: any number.
+    Rows(nb::handle array, std::string name, std::size_t columns);
 
     std::size_t count() const { return count_; }
     std::size_t columns() const { return columns_; }
@@ -35,7 +32,7 @@ class Rows {
     }
 
   private:
-    Array array_;
+    nb::ndarray<nb::ro, nb::device::cpu> array_;
     std::string name_;
     const void* data_;
     bool float64_;

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <memory>
+#include <nanobind/stl/string.h>
 #include <new>
 #include <optional>
 #include <regex>
@@ -70,15 +71,15 @@ void translate(const std::exception_ptr& pointer, void*) {
 
 } // namespace
 
-OpenedDevice& opened(const std::string& wish) {
+const Device& opened(const std::string& wish) {
     const std::lock_guard<std::mutex> lock(devices_mutex);
     require_not_forked();
     // Not destroyed: when the process ends the driver may be gone first.
-    static auto& devices = *new std::map<std::string, std::unique_ptr<OpenedDevice>>;
-    std::unique_ptr<OpenedDevice>& device = devices[wish];
+    static auto& devices = *new std::map<std::string, std::unique_ptr<const Device>>;
+    std::unique_ptr<const Device>& device = devices[wish];
     try {
         if (!device)
-            device = std::make_unique<OpenedDevice>(wish);
+            device = std::make_unique<const Device>(open_device(wish));
     } catch (const InputError& error) {
         throw DeviceError(error.what());
     }
@@ -108,13 +109,16 @@ void watch(Call& call, const nb::object& progress,
         const nb::gil_scoped_release released;
         return ended(between_looks);
     };
-    while (!wait()) {
+    for (bool over = false; !over;) {
+        over = wait();
         if (failure)
             continue;
         try {
+            // After the end too: a signal may have made the work fail, as compilers of drivers drop
+            // their files then.
             if (PyErr_CheckSignals() != 0)
                 throw nb::python_error();
-            if (!progress.is_none()) {
+            if (!progress.is_none() && !over) {
                 std::string what;
                 {
                     const std::lock_guard<std::mutex> lock(call.mutex_);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "fit/programs.hpp"
 #include "host/device/device.hpp"
 #include "host/progress.hpp"
 
@@ -26,17 +25,10 @@ struct DeviceError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// A device that this process has opened, with the programs built for it. Never closed: materials
-/// of any thread may use it until the process ends.
-struct OpenedDevice {
-    explicit OpenedDevice(const std::string& wish) : device(open_device(wish)), programs(device) {}
-    const Device device;
-    ProgramCache programs;
-};
-
-/// The device of a wish (see open_device), opened once. Throws DeviceError where there is none, and
-/// in a process forked from one that has opened a device: OpenCL's threads are not in the child.
-OpenedDevice& opened(const std::string& wish);
+/// The device of a wish (see open_device), opened once and never closed: materials of any thread
+/// may use it until the process ends. Throws DeviceError where there is none, and in a process
+/// forked from one that has opened a device: OpenCL's threads are not in the child.
+const Device& opened(const std::string& wish);
 /// Every device, as list_devices(). Throws like opened().
 std::vector<Device> known_devices();
 

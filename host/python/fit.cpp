@@ -74,10 +74,11 @@ struct Report {
     }
 };
 
-Report fit_all(const Samples& samples, const FitRequest& request, OpenedDevice& device,
+Report fit_all(const Samples& samples, const FitRequest& request, const Device& device,
                Call& call) {
     std::vector<Structure> structures = structures_of(request, samples.isotropic);
-    FileFitter fitter(device.device, device.programs, samples, request.options);
+    ProgramCache programs(device);
+    FileFitter fitter(device, programs, samples, request.options);
     std::vector<std::optional<FitRow>> fitted(structures.size());
     Report report{{}, request.options};
     std::size_t begun = 0;
@@ -92,8 +93,7 @@ Report fit_all(const Samples& samples, const FitRequest& request, OpenedDevice& 
             if (outcome.failure)
                 std::rethrow_exception(outcome.failure);
             FitRow row{samples.source, "", std::move(*outcome.result)};
-            row.result.material.fit =
-                fit_record(row.result, samples, request.options, device.device);
+            row.result.material.fit = fit_record(row.result, samples, request.options, device);
             fitted[outcome.index] = std::move(row);
         } catch (const std::exception& error) {
             const Structure& structure = structures[outcome.index];
@@ -101,8 +101,7 @@ Report fit_all(const Samples& samples, const FitRequest& request, OpenedDevice& 
                 {samples.source, structure.name(), structure.lobes.size(), message_of(error)});
         }
     };
-    fitter.fit_all(structures, fits_at_once(device.device), next, done,
-                   [&] { return call.stopped(); });
+    fitter.fit_all(structures, fits_at_once(device), next, done, [&] { return call.stopped(); });
     for (std::optional<FitRow>& row : fitted)
         if (row)
             report.rows.done.push_back(std::move(*row));

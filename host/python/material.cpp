@@ -33,7 +33,7 @@ constexpr std::size_t most_bytes = std::size_t{160} << 20;
 
 // Planes wi_x, wi_y, wi_z, pdf and one a channel, [plane][viewer][sample]; sample i of all is row i
 // of the command's output.
-std::vector<float> draw(const SharedMaterial& shared, OpenedDevice& device,
+std::vector<float> draw(const SharedMaterial& shared, const Device& device,
                         const std::vector<Vector>& viewers, std::size_t n, std::uint64_t seed,
                         Sequence sequence, const ProgressFunction& progress) {
     if (n == 0 || viewers.size() > most_directions / n)
@@ -68,14 +68,14 @@ std::vector<float> draw(const SharedMaterial& shared, OpenedDevice& device,
     return planes;
 }
 
-void write_rgl(const SharedMaterial& shared, OpenedDevice& device, const std::string& path,
+void write_rgl(const SharedMaterial& shared, const Device& device, const std::string& path,
                const std::string& name, const ProgressFunction& progress) {
     const Material& material = shared.material();
     const RglChannels channels = rgl_channels(material.channels, false, name);
     const BrdfFunction function = [&](const Directions& directions) {
-        return evaluate(device.device, material, directions);
+        return evaluate(device, material, directions);
     };
-    Tabulated made = tabulate(device.device, function, channels, material.isotropic(), std::nullopt,
+    Tabulated made = tabulate(device, function, channels, material.isotropic(), std::nullopt,
                               most_bytes, progress);
     made.tables.description = fmt::format("{}, by brdfit {}", name, version);
     rgl::write(made.tables, path);
@@ -116,11 +116,11 @@ void add_material(nb::module_& module) {
             nb::arg("path"), nb::arg("name"), nb::arg("device"), nb::arg("progress").none())
         .def(
             "eval",
-            [](const SharedMaterial& m, Array wi, Array wo, const Shape& shape,
-               const std::string& device, const nb::object& progress) {
-                const Rows lights(std::move(wi), "wi", 3), viewers(std::move(wo), "wo", 3);
+            [](const SharedMaterial& m, const nb::object& wi, const nb::object& wo,
+               const Shape& shape, const std::string& device, const nb::object& progress) {
+                const Rows lights(wi, "wi", 3), viewers(wo, "wo", 3);
                 std::vector<float> values = run(progress, [&](Call& call) {
-                    return evaluate(opened(device).device, m.material(),
+                    return evaluate(opened(device), m.material(),
                                     directions_of(lights, viewers, shape), call.progress());
                 });
                 return to_array(std::move(values), {m.material().channels.size(), lights.count()});
@@ -129,9 +129,9 @@ void add_material(nb::module_& module) {
             nb::arg("progress").none())
         .def(
             "pdf",
-            [](const SharedMaterial& m, Array wi, Array wo, const Shape& shape,
-               const std::string& device, const nb::object& progress) {
-                const Rows lights(std::move(wi), "wi", 3), viewers(std::move(wo), "wo", 3);
+            [](const SharedMaterial& m, const nb::object& wi, const nb::object& wo,
+               const Shape& shape, const std::string& device, const nb::object& progress) {
+                const Rows lights(wi, "wi", 3), viewers(wo, "wo", 3);
                 std::vector<float> values = run(progress, [&](Call& call) {
                     const Directions directions = directions_of(lights, viewers, shape);
                     return m.with_sampler(opened(device), [&](const Sampler& sampler) {
@@ -144,10 +144,10 @@ void add_material(nb::module_& module) {
             nb::arg("progress").none())
         .def(
             "sample",
-            [](const SharedMaterial& m, Array wo, const Shape& shape, std::size_t n,
+            [](const SharedMaterial& m, const nb::object& wo, const Shape& shape, std::size_t n,
                std::uint64_t seed, bool sobol, const std::string& device,
                const nb::object& progress) {
-                const Rows rows(std::move(wo), "wo", 3);
+                const Rows rows(wo, "wo", 3);
                 std::vector<float> planes = run(progress, [&](Call& call) {
                     return draw(m, opened(device), viewers_of(rows, shape), n, seed,
                                 sobol ? Sequence::Sobol : Sequence::Philox, call.progress());
@@ -163,8 +163,8 @@ void add_material(nb::module_& module) {
                const std::vector<double>& phi, double tolerance, const std::string& device,
                const nb::object& progress) {
                 const Albedo found = run(progress, [&](Call& call) {
-                    return directional_albedo(opened(device).device, m.material(), theta, phi,
-                                              tolerance, call.progress());
+                    return directional_albedo(opened(device), m.material(), theta, phi, tolerance,
+                                              call.progress());
                 });
                 return std::pair(to_array(found.values, {theta.size()}),
                                  to_array(found.errors, {theta.size()}));
@@ -182,10 +182,10 @@ void add_material(nb::module_& module) {
                             fmt::format("samples: {} channels; expected {}, those of the material",
                                         samples.channels.size(), m.material().channels.size()));
                     const std::vector<std::uint32_t> used =
-                        pack_samples(opened(device).device, samples, max_theta, Metric::Ngan).used;
+                        pack_samples(opened(device), samples, max_theta, Metric::Ngan).used;
                     return value_errors(samples, used,
-                                        evaluate(opened(device).device, m.material(),
-                                                 *samples.directions, call.progress()));
+                                        evaluate(opened(device), m.material(), *samples.directions,
+                                                 call.progress()));
                 });
                 std::map<std::string, double> named;
                 for (int i = 0; i < metric_count; ++i)

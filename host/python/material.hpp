@@ -18,18 +18,18 @@ class SharedMaterial {
     const Material& material() const { return material_; }
     /// Calls use(sampler) with that of a device, one call at a time.
     template <typename Use>
-    auto with_sampler(OpenedDevice& device, Use use) const {
+    auto with_sampler(const Device& device, Use use) const {
         const std::lock_guard<std::mutex> lock(mutex_);
         std::unique_ptr<Sampler>& sampler = samplers_[&device];
         if (!sampler)
-            sampler = std::make_unique<Sampler>(device.device, material_);
+            sampler = std::make_unique<Sampler>(device, material_);
         return use(*sampler);
     }
 
   private:
     const Material material_;
     mutable std::mutex mutex_; // of the samplers
-    mutable std::map<OpenedDevice*, std::unique_ptr<Sampler>> samplers_;
+    mutable std::map<const Device*, std::unique_ptr<Sampler>> samplers_;
 };
 
 } // namespace brdfit::python

@@ -27,14 +27,14 @@ Plan plan_of(const Plan& plan, const Task& task) {
 }
 
 // Reads the one task of a plan that write_plan wrote, runs it, and returns its row of the log.
-std::string run_only_task(const std::string& folder, OpenedDevice& device, Call& call) {
+std::string run_only_task(const std::string& folder, const Device& device, Call& call) {
     const Plan plan = read_plan(folder);
     if (plan.tasks.size() != 1)
         throw InputError(
             fmt::format("task: {} tasks; expected one, as tasks() gives it", plan.tasks.size()));
     RunOptions options;
     options.stop = [&] { return call.stopped(); };
-    run_shard(plan, folder, device.device, options);
+    run_shard(plan, folder, device, options);
     const RunLogs logs = read_logs(folder);
     const auto found = logs.tasks.find(plan.tasks.front().id);
     if (found == logs.tasks.end())

@@ -151,14 +151,13 @@ void add_samples(nb::module_& module) {
             nb::arg("path"), nb::arg("isotropic").none())
         .def_static(
             "of",
-            [](Array wi, Array wo, Array values, std::optional<Array> weights,
-               const std::optional<std::vector<std::string>>& channels,
+            [](const nb::object& wi, const nb::object& wo, const nb::object& values,
+               const nb::object& weights, const std::optional<std::vector<std::string>>& channels,
                std::optional<bool> isotropic) {
-                const Rows lights(std::move(wi), "wi", 3), viewers(std::move(wo), "wo", 3),
-                    rows(std::move(values), "values", 0);
+                const Rows lights(wi, "wi", 3), viewers(wo, "wo", 3), rows(values, "values", 0);
                 std::optional<Rows> column;
-                if (weights)
-                    column.emplace(std::move(*weights), "weights", 1);
+                if (!weights.is_none())
+                    column.emplace(weights, "weights", 1);
                 return run(nb::none(), [&](Call&) {
                     return std::make_unique<SampleSet>(
                         samples_of(lights, viewers, rows, column, channels, isotropic));
@@ -208,12 +207,12 @@ void add_samples(nb::module_& module) {
             nb::arg("path"), nb::arg("progress").none())
         .def(
             "eval",
-            [](SampleSet& set, Array wi, Array wo, const Shape& shape, const std::string& device,
-               const nb::object& progress) {
-                const Rows lights(std::move(wi), "wi", 3), viewers(std::move(wo), "wo", 3);
+            [](SampleSet& set, const nb::object& wi, const nb::object& wo, const Shape& shape,
+               const std::string& device, const nb::object& progress) {
+                const Rows lights(wi, "wi", 3), viewers(wo, "wo", 3);
                 std::vector<float> values = run(progress, [&](Call& call) {
                     const Directions directions = directions_of(lights, viewers, shape);
-                    return set.evaluate(opened(device).device, directions, call.progress());
+                    return set.evaluate(opened(device), directions, call.progress());
                 });
                 return to_array(std::move(values), {set.samples().channels.size(), lights.count()});
             },

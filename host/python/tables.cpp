@@ -112,7 +112,7 @@ void add_table(nb::module_& module) {
                 const TableSpec spec =
                     changed(preset ? preset_named(what) : parse_table_spec(what, source), changes);
                 return std::make_unique<Table>(
-                    compute_table(opened(device).device, spec, call.progress()));
+                    compute_table(opened(device), spec, call.progress()));
             });
         },
         nb::arg("what"), nb::arg("preset"), nb::arg("source"), nb::arg("changes"),
@@ -176,7 +176,7 @@ void add_generator(nb::module_& module) {
                 options.facets = lambertian;
                 const Distribution distribution = parse_distribution(text, source);
                 return std::make_unique<MicrofacetTable>(
-                    Generator(opened(device).device)
+                    Generator(opened(device))
                         .generate(distribution, options, source, call.progress()));
             });
         },

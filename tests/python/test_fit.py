@@ -91,7 +91,7 @@ def test_a_fit_tells_all(fits):
 def test_a_frame_has_the_columns_of_the_csv(fits, measured_file, tmp_path):
     pandas = pytest.importorskip("pandas")
     command("fit", measured_file, "-m", "lambert,ward,kurt", "-o", tmp_path, "--csv", tmp_path / "s.csv", "--json")
-    theirs = pandas.read_csv(tmp_path / "s.csv", float_precision="round_trip")
+    theirs = pandas.read_csv(tmp_path / "s.csv")
     theirs = theirs.drop(columns=["material_file", "failed"]).sort_values("model", ignore_index=True)
     ours = fits.to_frame().sort_values("model", ignore_index=True)
     assert list(ours.columns) == list(theirs.columns)
@@ -102,7 +102,7 @@ def test_a_frame_has_the_columns_of_the_csv(fits, measured_file, tmp_path):
 
 def test_progress_is_told(measured):
     told = []
-    brdfit.fit(measured, ["ward", "kurt", "ggx"], 2, progress=lambda share, what: told.append((share, what)))
+    brdfit.fit(measured, ["ward", "kurt", "ggx"], progress=lambda share, what: told.append((share, what)))
     assert told and all(0 <= share <= 1 for share, _ in told)
     assert [share for share, _ in told] == sorted(share for share, _ in told)
     assert any(what.split()[0] in ("ward", "kurt", "ggx") for _, what in told if what)
@@ -113,14 +113,14 @@ def test_an_exception_of_progress_comes_out(measured):
         raise KeyError("enough")
 
     with pytest.raises(KeyError, match="enough"):
-        brdfit.fit(measured, "all", 2, progress=fail)
+        brdfit.fit(measured, ["ward", "kurt", "ggx"], progress=fail)
 
 
 def test_interrupts_stop_a_fit(measured):
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
     with pytest.raises(KeyboardInterrupt):
-        brdfit.fit(measured, "all", [1, 2, 3])
+        brdfit.fit(measured, "all", [1, 2])
     timer.join()
     assert brdfit.fit(measured, "lambert")[0].model == "lambert"  # all is well afterwards
 
@@ -137,7 +137,7 @@ def test_other_threads_run_meanwhile(measured):
     over = False
     thread = threading.Thread(target=count)
     thread.start()
-    brdfit.fit(measured, ["kurt", "ggx", "ward"], 2)
+    brdfit.fit(measured, ["kurt", "ggx", "ward"])
     over = True
     thread.join()
     assert counted > 10
@@ -150,6 +150,6 @@ def test_random_starts_are_reported(measured):
 
 def test_a_fit_of_what_is_synthesised_finds_it(plastic, measured_file, tmp_path):
     _ = columns(measured_file)
-    best = brdfit.fit(measured_file, "all").best
+    best = brdfit.fit(measured_file, ["ward", "kurt", "kurt-coupled"]).best
     assert best.model in ("kurt", "kurt-coupled") and best.material.lobes[0]["m"] == pytest.approx(0.15, rel=0.02)
     assert np.allclose(best.material.diffuse["kd"], plastic.diffuse["kd"], rtol=0.1)

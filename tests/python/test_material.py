@@ -110,7 +110,7 @@ def test_any_strides_give_the_same(dtype, plastic):
         lambda a: a[::-1].copy()[::-1],
         lambda a: np.concatenate([a, a], axis=1)[:, :3],
         lambda a: a.astype(a.dtype.newbyteorder()),
-        lambda a: np.array([tuple(r) + (7,) for r in a], dtype=[("v", dtype, 3), ("n", "i1")])["v"],
+        lambda a: np.array([(r, 7) for r in a], dtype=[("v", dtype, 3), ("n", "i1")])["v"],
     ):
         np.testing.assert_array_equal(plastic.eval(change(wi), change(wo)), expected)
 

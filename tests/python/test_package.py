@@ -79,7 +79,7 @@ def test_devices_are_the_programs():
     [
         ("fit_and_compare", [], []),
         ("database_to_frame", ["pandas"], ["FILES"]),
-        ("table_for_a_renderer", [], ["kurt"]),
+        ("table_for_a_renderer", [], []),
         ("material_in_mitsuba", ["mitsuba"], []),
     ],
 )

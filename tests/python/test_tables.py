@@ -9,7 +9,7 @@ import brdfit
 from conftest import command
 
 
-@pytest.mark.parametrize("preset", ["osl", "cycles-average", "kulla-conty-average", "openpbr-average"])
+@pytest.mark.parametrize("preset", ["cycles-average", "openpbr-average"])
 def test_a_preset_is_the_programs(preset, tmp_path):
     command("table", preset, "-o", tmp_path / "theirs.npy", "--tolerance", 1e-3)
     table = brdfit.table(preset, tolerance=1e-3)
@@ -21,7 +21,7 @@ def test_a_preset_is_the_programs(preset, tmp_path):
 
 
 def test_values_are_indexed_by_the_axes(tmp_path):
-    table = brdfit.table("albedo", model="kurt", tolerance=1e-3, cos_theta=4, roughness=3, parameters={"alpha": 0.1})
+    table = brdfit.table("albedo", model="kurt", tolerance=1e-3, cos_theta=4, roughness=3, parameters={"alpha": 0})
     assert [axis.name for axis in table.axes] == ["cos_theta", "roughness"]
     assert table.values.shape == (4, 3, 1)
     table.save(tmp_path / "t.csv")
@@ -34,7 +34,7 @@ def test_values_are_indexed_by_the_axes(tmp_path):
 
 
 def test_a_spec_may_be_a_dict_or_a_file(tmp_path):
-    spec = {"quantity": "albedo", "model": "ward", "tolerance": 1e-3,
+    spec = {"quantity": "albedo", "model": "ggx", "tolerance": 1e-3,
             "axes": [{"axis": "cos_theta", "size": 3}, {"axis": "roughness", "size": 2}, {"axis": "f0", "size": 2}]}  # fmt: skip
     (tmp_path / "spec.json").write_text(json.dumps(spec))
     of_dict, of_file = brdfit.table(spec), brdfit.table(tmp_path / "spec.json")
@@ -44,8 +44,8 @@ def test_a_spec_may_be_a_dict_or_a_file(tmp_path):
 
 
 def test_size_model_and_parameters_replace_a_presets(tmp_path):
-    command("table", "osl", "-m", "kurt", "--fix", "alpha=0.1", "--size", 4, "--tolerance", 1e-3, "-o", tmp_path / "t.npy")
-    table = brdfit.table("osl", model="kurt", parameters={"alpha": 0.1}, size=4, tolerance=1e-3)
+    command("table", "osl", "-m", "kurt", "--fix", "alpha=0", "--size", 4, "--tolerance", 1e-3, "-o", tmp_path / "t.npy")
+    table = brdfit.table("osl", model="kurt", parameters={"alpha": 0}, size=4, tolerance=1e-3)
     table.save(tmp_path / "ours.npy")
     assert (tmp_path / "ours.npy").read_bytes() == (tmp_path / "t.npy").read_bytes()
 
@@ -54,13 +54,13 @@ def test_presets_are_listed():
     assert {"cycles", "filament", "osl"} <= set(brdfit.presets())
 
 
-SPEC = {"distribution": "gaussian", "sigma_x": 0.1, "sigma_y": 0.2}
+SPEC = {"distribution": "gaussian", "sigma_x": 0.3, "sigma_y": 0.4}
 
 
 def test_a_distribution_is_the_programs(tmp_path):
     (tmp_path / "spec.json").write_text(json.dumps(SPEC))
-    theirs = json.loads(command("generate", tmp_path / "spec.json", "-o", tmp_path / "theirs.exr", "--points", 100, "--json"))
-    made = brdfit.generate(SPEC, points=100)
+    theirs = json.loads(command("generate", tmp_path / "spec.json", "-o", tmp_path / "theirs.exr", "--points", 16, "--json"))
+    made = brdfit.generate(SPEC, points=16)
     made.save(tmp_path / "ours.exr")
     assert (tmp_path / "ours.exr").read_bytes() == (tmp_path / "theirs.exr").read_bytes()
     assert made.name == theirs["distribution"] and made.mean_height == theirs["mean_height"]
@@ -71,7 +71,7 @@ def test_a_distribution_is_the_programs(tmp_path):
 
 
 def test_a_material_reads_a_generated_table(pairs, tmp_path):
-    brdfit.generate(SPEC, points=100).save(tmp_path / "gauss.exr")
+    brdfit.generate(SPEC, points=16).save(tmp_path / "gauss.exr")
     data = {"brdfit": 1, "channels": ["R"], "diffuse": {"model": "lambert", "kd": [0]},
             "lobes": [{"model": "microfacet", "ks": [1], "f0": 0.5, "table": "gauss.exr"}]}  # fmt: skip
     material = brdfit.Material.from_dict(data, folder=tmp_path)

@@ -16,7 +16,7 @@ Float64s = npt.NDArray[np.float64]
 
 def floats(name: str, values: object) -> Floats:
     """An array of float32 or float64, in this machine's byte order; no copy where it is one."""
-    array: npt.NDArray[Any]
+    array: Any
     try:
         if not isinstance(values, np.ndarray) and hasattr(values, "__dlpack__"):
             array = np.from_dlpack(values)
@@ -30,7 +30,8 @@ def floats(name: str, values: object) -> Floats:
         array = array.astype(np.float32 if array.dtype == np.float16 else np.float64)
     if not array.dtype.isnative or any(stride % array.itemsize for stride in array.strides):
         array = np.ascontiguousarray(array, array.dtype.newbyteorder("="))
-    return array
+    found: Floats = array
+    return found
 
 
 def vectors(name: str, values: object) -> Floats:

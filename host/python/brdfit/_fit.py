@@ -125,7 +125,7 @@ class Fits(Sequence[Fit]):
         with tempfile.TemporaryDirectory(prefix="brdfit-") as folder:
             path = os.path.join(folder, "fits.csv")
             self._fits[0]._report.write_csv(path)
-            rows = pandas.read_csv(path, float_precision="round_trip").drop(columns=["material_file", "failed"])
+            rows = pandas.read_csv(path).drop(columns=["material_file", "failed"])
         return rows.iloc[[fit._place for fit in self._fits]].reset_index(drop=True)
 
     @overload
@@ -237,7 +237,7 @@ def fit(
         raise InputError(f"start: {type(start).__name__}; expected a Material")
     wishes = _brdfit.Wishes()
     wishes.models = _names(models)
-    counts = [] if lobes is None else [lobes] if hasattr(lobes, "__index__") else list(lobes)  # type: ignore[arg-type]
+    counts: Sequence[object] = () if lobes is None else lobes if isinstance(lobes, Sequence) else (lobes,)
     wishes.lobes = [whole("lobes", count, 1, 4) for count in counts]
     wishes.diffuse = diffuse or ""
     wishes.metric = metric

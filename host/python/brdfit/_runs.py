@@ -28,7 +28,7 @@ def results(run: Path, *, progress: Progress = None) -> pandas.DataFrame:
     with tempfile.TemporaryDirectory(prefix="brdfit-") as folder, reporter(progress, "reading") as report:
         path = os.path.join(folder, "results.csv")
         _brdfit.merge_to_csv(os.fspath(run), path, report)
-        return pandas.read_csv(path, float_precision="round_trip")
+        return pandas.read_csv(path)
 
 
 def tasks(run: Path) -> list[dict[str, Any]]:

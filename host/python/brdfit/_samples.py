@@ -81,17 +81,20 @@ class Samples:
     @property
     def wi(self) -> Float32s:
         """Unit vectors to the light, shape (N, 3), float32."""
-        return self._core.wi().T
+        wi: Float32s = self._core.wi().T
+        return wi
 
     @property
     def wo(self) -> Float32s:
         """Unit vectors to the viewer, shape (N, 3), float32."""
-        return self._core.wo().T
+        wo: Float32s = self._core.wo().T
+        return wo
 
     @property
     def values(self) -> Float32s:
         """The BRDF in 1/sr, shape (N, C), float32; what is not valid has any value."""
-        return self._core.values().T
+        values: Float32s = self._core.values().T
+        return values
 
     @property
     def weights(self) -> Float32s:

@@ -5,7 +5,6 @@ python fit_and_compare.py [FILE]"""
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import numpy as np
 
@@ -26,7 +25,7 @@ def synthesised() -> brdfit.Samples:
     return brdfit.Samples(wi, wo, values, isotropic=True)
 
 
-def main(file: str | None = None, folder: Path = Path(".")) -> brdfit.Fit:
+def main(file: str | None = None) -> brdfit.Fit:
     samples = brdfit.read(file) if file else synthesised()
     print(samples)
     fits = brdfit.fit(samples, ["lambert", "ward", "cook-torrance", "ggx"])
@@ -41,7 +40,7 @@ def main(file: str | None = None, folder: Path = Path(".")) -> brdfit.Fit:
     near = h[:, 2] / np.linalg.norm(h, axis=1) > np.cos(np.radians(20))
     difference = np.abs(best.material.eval(samples.wi, samples.wo) - samples.values).mean(axis=1)
     print(f"mean difference {difference[near].mean():.4f} near the peak, {difference[~near].mean():.4f} elsewhere")
-    best.material.save(folder / "best.json")
+    best.material.save("best.json")
     return best
 
 

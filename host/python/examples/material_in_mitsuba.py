@@ -5,7 +5,6 @@ python material_in_mitsuba.py [MATERIAL.json]"""
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
@@ -14,7 +13,7 @@ import numpy.typing as npt
 import brdfit
 
 
-def main(file: str | None = None, folder: Path = Path("."), size: int = 128) -> npt.NDArray[np.float32]:
+def main(file: str | None = None) -> npt.NDArray[np.float32]:
     mi.set_variant("scalar_rgb")
     material = (
         brdfit.Material.load(file)
@@ -30,7 +29,7 @@ def main(file: str | None = None, folder: Path = Path("."), size: int = 128) -> 
                 "type": "perspective",
                 "fov": 35,
                 "to_world": camera,
-                "film": {"type": "hdrfilm", "width": size, "height": size},
+                "film": {"type": "hdrfilm", "width": 128, "height": 128},
             },
             "sky": {"type": "constant", "radiance": 0.3},
             "lamp": {"type": "point", "position": [3, -3, 4], "intensity": 40},
@@ -38,7 +37,7 @@ def main(file: str | None = None, folder: Path = Path("."), size: int = 128) -> 
         }
     )
     image = mi.render(scene, spp=32)
-    mi.util.write_bitmap(str(folder / "ball.exr"), image)
+    mi.Bitmap(image).write("ball.exr")
     return np.array(image)
 
 

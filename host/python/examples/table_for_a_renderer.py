@@ -5,14 +5,13 @@ python table_for_a_renderer.py [MODEL]"""
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import numpy as np
 
 import brdfit
 
 
-def main(model: str = "ggx", folder: Path = Path(".")) -> brdfit.Table:
+def main(model: str = "ggx") -> brdfit.Table:
     table = brdfit.table("albedo", model=model, tolerance=1e-3, cos_theta=16, roughness={"size": 8, "range": [0.1, 1]})
     print(table)
     print(table.provenance)
@@ -27,8 +26,8 @@ def main(model: str = "ggx", folder: Path = Path(".")) -> brdfit.Table:
         shape["f0"] = 1.0
     _, _, weight = brdfit.Material(0, [{"model": model, "ks": 1, **shape}]).sample(wo, 1 << 16)
     print(f"cos theta {mu[i]:.3f}, roughness {roughness[j]:.3f}: {table.values[i, j, 0]:.4f}, sampled {weight.mean():.4f}")
-    table.save(folder / f"{model}_albedo.exr")
-    table.save(folder / f"{model}_albedo.h")
+    table.save(f"{model}_albedo.exr")
+    table.save(f"{model}_albedo.h")
     return table
 
 
