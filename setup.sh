@@ -86,7 +86,7 @@ clang_takes_it() {
 case "$1" in
 demo)
     install_packages $needed
-    build -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF
+    build -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF -DBRDFIT_PYTHON=OFF
     build/brdfit demo -o demo --force
     ;;
 test)

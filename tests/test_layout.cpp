@@ -95,11 +95,12 @@ bool starts_with(const std::string& text, const std::string& beginning) {
     return text.rfind(beginning, 0) == 0;
 }
 
-// Whether a file is of brdfit_core: everything of host and fit but the command line.
+// Whether a file is of brdfit_core: everything of host and fit but the command line and the Python
+// module.
 bool is_of_the_library(const fs::path& file) {
     const std::string name = file.string();
     return (starts_with(name, "host/") || starts_with(name, "fit/")) &&
-           name.find("/cli/") == std::string::npos;
+           name.find("/cli/") == std::string::npos && !starts_with(name, "host/python/");
 }
 
 TEST(Layout, every_source_file_stands_in_a_known_room) {

@@ -9,7 +9,10 @@
 #include <new>
 #include <optional>
 #include <regex>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
+#include <utility>
 
 namespace brdfit::python {
 
@@ -28,6 +31,31 @@ void require_not_forked() {
             "this process was forked from one that uses OpenCL, whose threads it has not; expected "
             "a process started anew: multiprocessing.get_context(\"spawn\")");
     user_of_devices = getpid();
+}
+
+// Keeps what the library warns of until somebody takes it.
+class Warnings : public spdlog::sinks::base_sink<std::mutex> {
+  public:
+    std::vector<std::string> take() {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        return std::exchange(texts_, {});
+    }
+
+  private:
+    void sink_it_(const spdlog::details::log_msg& message) override {
+        if (message.level >= spdlog::level::warn)
+            texts_.emplace_back(message.payload.data(), message.payload.size());
+    }
+    void flush_() override {}
+
+    std::vector<std::string> texts_;
+};
+
+Warnings& warnings() {
+    static const auto sink = std::make_shared<Warnings>();
+    if (spdlog::default_logger()->name() != "brdfit")
+        spdlog::set_default_logger(std::make_shared<spdlog::logger>("brdfit", sink));
+    return *sink;
 }
 
 // The message with the names of Python's arguments in place of the command line's options.
@@ -131,8 +159,15 @@ void watch(Call& call, const nb::object& progress,
             call.stopped_ = true;
         }
     }
+    for (const std::string& text : warnings().take())
+        if (!failure && PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0)
+            failure.emplace();
     if (failure)
         throw std::move(*failure);
+}
+
+void collect_warnings() {
+    warnings();
 }
 
 void translate_errors(nb::module_& module) {

@@ -63,7 +63,8 @@ class Call {
 
 /// Until `ended` says so: releases the interpreter's lock, looks for signals (Ctrl-C) and calls
 /// progress(share, what), where it is not None. Stops the call at a signal or an exception of
-/// `progress`, and throws that once the call has ended.
+/// `progress`, and throws that once the call has ended, or what the user's filters make of a
+/// warning.
 void watch(Call& call, const nb::object& progress,
            const std::function<bool(std::chrono::milliseconds)>& ended);
 
@@ -77,6 +78,9 @@ auto run(const nb::object& progress, Work work) {
     });
     return result.get();
 }
+
+/// Makes Python warnings of what the library warns of, at the end of each run().
+void collect_warnings();
 
 /// Makes Python exceptions of the library's: InputError and UsageError become the package's
 /// InputError, DeviceError and OpenCL's errors its DeviceError (use_errors in Python says which

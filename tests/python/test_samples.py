@@ -85,8 +85,15 @@ def test_eval_of_merl_is_the_programs(plastic, pairs, pairs_file, tmp_path):
     command("eval", tmp_path / "m.binary", pairs_file, "-o", tmp_path / "f.npy")
     np.testing.assert_array_equal(samples.eval(*pairs), columns(tmp_path / "f.npy")[:, 6:])
     (tmp_path / "m.binary").write_bytes(b"other")
-    again = brdfit.read(tmp_path / "m.json") if False else samples
-    assert again.eval(*pairs).shape == (3000, 3)  # what was evaluated once is there
+    assert samples.eval(*pairs).shape == (3000, 3)  # what was evaluated once is there
+
+
+def test_what_the_library_warns_of_is_a_warning(tmp_path):
+    theta = np.linspace(0.1, 1, 40)
+    wi = np.stack([np.sin(theta), 0 * theta, np.cos(theta)], axis=1)
+    samples = brdfit.Samples(wi, wi, -np.ones((40, 3)), isotropic=True)
+    with pytest.warns(UserWarning, match="negative values became 0"):
+        samples.save(tmp_path / "s.binary")
 
 
 def test_a_file_that_changed_is_not_evaluated(measured_file, tmp_path):
