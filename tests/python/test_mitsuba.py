@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-import brdfit
-from conftest import material_of, model_names, random_pairs
+from conftest import random_pairs
 
 mi = pytest.importorskip("mitsuba")
 
@@ -36,32 +35,3 @@ def test_mitsuba_renders_a_material(plastic):
     centre = image[6:10, 6:10, :3].mean(axis=(0, 1))
     albedo, _ = plastic.albedo(0.1)
     np.testing.assert_allclose(centre, albedo, rtol=0.1)
-
-
-@pytest.mark.parametrize("name", model_names())
-def test_sample_agrees_with_pdf_by_mitsubas_chi_square(name):
-    variants = [v for v in ("llvm_ad_rgb", "llvm_mono_rgb") if v in mi.variants()]
-    try:
-        mi.set_variant(*variants)
-        from mitsuba.chi2 import ChiSquareTest, SphericalDomain
-
-        mi.Float(1.0) + 1
-    except Exception as error:  # no LLVM on this machine
-        pytest.skip(f"Mitsuba's vectorised variants do not work here: {error}")
-    material = material_of(name, False)
-    wo = np.array([0.48, 0.36, 0.8])
-    drawn = {}
-
-    def sample(uv):
-        count = np.array(uv).shape[-1]
-        wi, pdf, _ = material.sample(wo, count, seed=1, sequence="philox")
-        drawn["kept"] = pdf > 0
-        return mi.Vector3f(*wi.T.copy()), mi.Float(drawn["kept"].astype(np.float32))
-
-    def density(wi):
-        directions = np.array(wi).reshape(3, -1).T
-        return mi.Float(material.pdf(directions, wo))
-
-    test = ChiSquareTest(domain=SphericalDomain(), sample_func=sample, pdf_func=density, sample_dim=2,
-                         sample_count=200000, res=61, ires=8)  # fmt: skip
-    assert test.run(significance_level=1e-4, test_count=len(model_names()), quiet=True), test.messages
