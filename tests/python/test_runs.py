@@ -59,7 +59,7 @@ def test_tasks_in_other_processes_give_the_rows_of_the_run(run, rows):
 
 def test_tasks_in_dask_give_the_rows_of_the_run(run, rows):
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=2, processes=False, dashboard_address=None) as cluster:
         with distributed.Client(cluster) as client:
             agree(client.gather(client.map(brdfit.fit_task, brdfit.tasks(run))), rows)
 
