@@ -13,6 +13,7 @@ pocl-opencl-icd ocl-icd-opencl-dev opencl-headers opencl-clhpp-headers
 libnlopt-dev libeigen3-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libssl-dev
 libopenexr-dev libpng-dev librsvg2-dev zlib1g-dev libnanoflann-dev libsqlite3-dev"
 needed_by_tests="libgtest-dev libbenchmark-dev oclgrind"
+needed_by_python="python3-venv python3-dev"
 needed_by_checks="clang clang-format"
 # What mesa-opencl-icd depends on.
 needed_by_rusticl="libclc-15 libclang-cpp15 libllvmspirvlib15 libllvm15 libdrm2 libdrm-nouveau2 libsensors5 libexpat1
@@ -70,6 +71,17 @@ get_drivers() {
     get_rusticl || echo "Mesa's rusticl cannot be had (Debian: mesa-opencl-icd): no tests on it"
 }
 
+# What the Python module's tests need, in build-python. Sets python_options, for CMake.
+prepare_python() {
+    python_options="-DBRDFIT_PYTHON=OFF"
+    (install_packages $needed_by_python) && { [ -x build-python/bin/pip ] || python3 -m venv build-python; } &&
+        timeout 300 build-python/bin/pip install -q --retries 1 --timeout 20 -r tests/python/requirements.txt || {
+        echo "the Python module is not built: Debian's python3-venv or packages of PyPI cannot be had"
+        return 0
+    }
+    python_options="-DBRDFIT_PYTHON=ON -DPython_EXECUTABLE=$PWD/build-python/bin/python"
+}
+
 build() {
     configure build "$@"
     cmake --build build -j "$(nproc)"
@@ -89,13 +101,14 @@ clang_takes_it() {
 case "$1" in
 demo)
     install_packages $needed
-    build -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF
+    build -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF -DBRDFIT_PYTHON=OFF
     build/brdfit demo -o demo --force
     ;;
 test)
     install_packages $needed $needed_by_tests
     get_drivers
-    build -DBUILD_TESTING=ON -DBRDFIT_BENCH=ON
+    prepare_python
+    build -DBUILD_TESTING=ON -DBRDFIT_BENCH=ON $python_options
     ctest --test-dir build --output-on-failure --no-tests=error -j "$(nproc)"
     ;;
 drivers)

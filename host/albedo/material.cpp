@@ -156,6 +156,38 @@ std::vector<std::vector<Estimate>> directional(std::vector<Component>& component
     return sums;
 }
 
+// Sets values and errors of an albedo at its viewers, with a note where the tolerance was not
+// reached.
+void add_directional(Albedo& result, std::vector<Component>& components,
+                     const ProgressFunction& progress) {
+    const std::size_t channels = result.channels.size();
+    std::vector<Vector> wo;
+    for (std::size_t k = 0; k < result.count(); ++k) {
+        wo.push_back(direction(result.theta[k], result.phi[k]));
+        if (result.theta[k] >= pi / 2)
+            wo.back()[2] = 0; // the limit, not what rounding leaves
+    }
+    const auto found =
+        directional(components, wo, std::vector<double>(wo.size(), 1), channels, progress);
+    std::size_t missed = 0;
+    double largest = 0;
+    for (std::size_t ch = 0; ch < channels; ++ch) {
+        result.values.emplace_back();
+        result.errors.emplace_back();
+        for (const Estimate& estimate : found[ch]) {
+            result.values.back().push_back(estimate.value);
+            result.errors.back().push_back(std::isfinite(estimate.value) ? estimate.error : 0);
+            missed += !estimate.reached;
+            if (!estimate.reached)
+                largest = std::max(largest, estimate.error);
+        }
+    }
+    if (missed > 0)
+        result.notes.push_back(fmt::format("{} of {} values did not reach the tolerance; the "
+                                           "largest error is {:.2g}",
+                                           missed, channels * wo.size(), largest));
+}
+
 // The hemispherical albedo of each channel by a rule of `nodes` cosines at `azimuths`.
 std::vector<Estimate> average_over(std::vector<Component>& components, std::size_t azimuths,
                                    std::size_t nodes, std::size_t channels,
@@ -247,6 +279,19 @@ void require_tolerance(double tolerance) {
                                      tolerance, least_tolerance));
 }
 
+Albedo directional_albedo(const Device& device, const Material& material, std::vector<double> theta,
+                          std::vector<double> phi, double tolerance,
+                          const ProgressFunction& progress) {
+    require_tolerance(tolerance);
+    Albedo result;
+    result.channels = material.channels;
+    result.theta = std::move(theta);
+    result.phi = std::move(phi);
+    std::vector<Component> components = components_of(device, material, tolerance);
+    add_directional(result, components, progress);
+    return result;
+}
+
 Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& grid,
               double tolerance, const ProgressFunction& progress) {
     require_tolerance(tolerance);
@@ -255,36 +300,12 @@ Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& 
     grid.place(result);
     const std::size_t channels = material.channels.size();
     std::vector<Component> components = components_of(device, material, tolerance);
-    std::vector<Vector> wo;
-    for (std::size_t k = 0; k < result.count(); ++k) {
-        wo.push_back(direction(result.theta[k], result.phi[k]));
-        if (k % grid.thetas == grid.thetas - 1)
-            wo.back()[2] = 0; // the limit, not what rounding leaves
-    }
     const std::size_t azimuths = material.isotropic() ? 1 : average_azimuths;
     // By how many directions the two parts look at.
-    const auto viewers = static_cast<double>(wo.size()),
+    const auto viewers = static_cast<double>(result.count()),
                averaged = static_cast<double>(3 * fewest_nodes * azimuths);
     const double split = viewers / (viewers + averaged);
-    const auto found = directional(components, wo, std::vector<double>(wo.size(), 1), channels,
-                                   part_of(progress, 0, split));
-    std::size_t missed = 0;
-    double largest = 0;
-    for (std::size_t ch = 0; ch < channels; ++ch) {
-        result.values.emplace_back();
-        result.errors.emplace_back();
-        for (const Estimate& estimate : found[ch]) {
-            result.values.back().push_back(estimate.value);
-            result.errors.back().push_back(std::isfinite(estimate.value) ? estimate.error : 0);
-            missed += !estimate.reached;
-            if (!estimate.reached)
-                largest = std::max(largest, estimate.error);
-        }
-    }
-    if (missed > 0)
-        result.notes.push_back(fmt::format("{} of {} values did not reach the tolerance; the "
-                                           "largest error is {:.2g}",
-                                           missed, channels * wo.size(), largest));
+    add_directional(result, components, part_of(progress, 0, split));
 
     for (const Estimate& estimate :
          hemispherical(components, azimuths, channels, tolerance, part_of(progress, split, 1))) {

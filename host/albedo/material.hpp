@@ -50,6 +50,12 @@ struct CosineRule {
 Albedo albedo(const Device& device, const Material& material, const AlbedoGrid& grid,
               double tolerance, const ProgressFunction& progress = {});
 
+/// The directional albedos alone, of viewers of the caller's choice: theta in [0, pi/2], at pi/2
+/// the limit, and phi, one each a viewer; values, errors and notes as albedo() gives them.
+Albedo directional_albedo(const Device& device, const Material& material, std::vector<double> theta,
+                          std::vector<double> phi, double tolerance,
+                          const ProgressFunction& progress = {});
+
 /// Throws UsageError unless the tolerance is a number that single precision can reach.
 void require_tolerance(double tolerance);
 

@@ -15,13 +15,6 @@ namespace {
 
 constexpr const char* direction_columns[] = {"wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z"};
 
-/// Normalises three coordinates. Returns whether they were a unit vector within 1e-3.
-bool normalise(const double* v, Vector& unit) {
-    const double length = std::hypot(v[0], v[1], v[2]);
-    unit = {v[0] / length, v[1] / length, v[2] / length};
-    return std::abs(length - 1) <= 1e-3; // false for NaN
-}
-
 struct Pair {
     Vector wi, wo;
 };
@@ -89,6 +82,12 @@ Directions read_csv_directions(text::Lines& lines) {
 }
 
 } // namespace
+
+bool normalise(const double* v, Vector& unit) {
+    const double length = std::hypot(v[0], v[1], v[2]);
+    unit = {v[0] / length, v[1] / length, v[2] / length};
+    return std::abs(length - 1) <= 1e-3; // false for NaN
+}
 
 Directions read_directions(const std::string& path) {
     const MappedFile file(path);

@@ -7,6 +7,9 @@
 
 namespace brdfit {
 
+/// Normalises three coordinates. Returns whether they were a unit vector within 1e-3; not for NaN.
+bool normalise(const double* v, Vector& unit);
+
 /// Reads pairs of directions: `.csv` with the header wi_x,wi_y,wi_z,wo_x,wo_y,wo_z or `.npy` of
 /// float32 or float64, shape (N, 6); recognised by content. Vectors are normalised when within
 /// 1e-3 of unit length, otherwise InputError. Directions below the horizon are kept.

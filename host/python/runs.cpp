@@ -1,0 +1,86 @@
+#include "fit/runs/log.hpp"
+#include "fit/runs/merge.hpp"
+#include "fit/runs/plan.hpp"
+#include "fit/runs/run.hpp"
+#include "host/error.hpp"
+#include "host/python/call.hpp"
+#include "host/python/module.hpp"
+
+#include <filesystem>
+#include <fmt/format.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+// Large runs: the results of one, and its tasks one by one.
+
+namespace brdfit::python {
+
+namespace {
+
+// A plan of that task alone. Its folder says where relative paths begin.
+Plan plan_of(const Plan& plan, const Task& task) {
+    Plan alone = plan;
+    alone.files = {plan.files[task.file]};
+    alone.tasks = {task};
+    alone.tasks.front().file = 0;
+    return alone;
+}
+
+// Reads the one task of a plan that write_plan wrote, runs it, and returns its row of the log.
+std::string run_only_task(const std::string& folder, const Device& device, Call& call) {
+    const Plan plan = read_plan(folder);
+    if (plan.tasks.size() != 1)
+        throw InputError(
+            fmt::format("task: {} tasks; expected one, as tasks() gives it", plan.tasks.size()));
+    RunOptions options;
+    options.stop = [&] { return call.stopped(); };
+    FitDevices devices({device});
+    run_shard(plan, folder, devices, options);
+    const RunLogs logs = read_logs(folder);
+    const auto found = logs.tasks.find(plan.tasks.front().id);
+    if (found == logs.tasks.end())
+        return "";
+    const Finished& known = found->second;
+    Json row = logs.read(known.done.empty() ? *known.failed : known.done.front());
+    row["file"] = plan.files.front().path;
+    return dumped(row);
+}
+
+} // namespace
+
+void add_runs(nb::module_& module) {
+    module.def(
+        "merge_to_csv",
+        [](const std::string& run_folder, const std::string& csv, const nb::object& progress) {
+            run(progress, [&](Call& call) {
+                MergeOutputs outputs;
+                outputs.csv = csv;
+                merge_run(read_plan(run_folder), run_folder, outputs, call.progress());
+            });
+        },
+        nb::arg("run"), nb::arg("csv"), nb::arg("progress").none());
+    module.def(
+        "write_tasks",
+        [](const std::string& run_folder, const std::string& folder) {
+            return run(nb::none(), [&](Call&) {
+                const Plan plan = read_plan(run_folder);
+                std::vector<std::string> folders;
+                for (const Task& task : plan.tasks) {
+                    folders.push_back(
+                        (std::filesystem::path(folder) / std::to_string(folders.size())).string());
+                    write_plan(plan_of(plan, task), folders.back());
+                }
+                return folders;
+            });
+        },
+        nb::arg("run"), nb::arg("folder"));
+    module.def(
+        "run_only_task",
+        [](const std::string& folder, const std::string& device, const nb::object& progress) {
+            return run(progress,
+                       [&](Call& call) { return run_only_task(folder, opened(device), call); });
+        },
+        nb::arg("folder"), nb::arg("device"), nb::arg("progress").none());
+}
+
+} // namespace brdfit::python
