@@ -1,21 +1,22 @@
-// The words of a packed scene, float32, which the host packs (host/render/scene.cpp) and the kernels read:
-// a head, then shapes, then lights. Metres or any other unit of length, z up.
+// The words of a packed scene, float32, which the host packs (host/render/scene.cpp) and the
+// kernels read: a head, then shapes, then lights. Metres or any other unit of length, z up.
 #ifdef __cplusplus
 namespace brdfit {
 #endif
 
 enum scene_word {
-    // The camera: where it is, and the ray's direction through the point (x, y) of the film, in pixels
+    // The camera: where it is, and the ray's direction through the point (x, y) of the film, in
+    // pixels
     // from the upper left corner: CORNER + x ACROSS + y DOWN.
     CAMERA,
     CORNER = CAMERA + 3,
     ACROSS = CORNER + 3,
     DOWN = ACROSS + 3,
     FILM_WIDTH = DOWN + 3,
-    GROUND,                        // albedo of what is ground: red, green, blue
-    BACKDROP = GROUND + 3,         // radiance that the camera sees where nothing is
+    GROUND,                           // albedo of what is ground: red, green, blue
+    BACKDROP = GROUND + 3,            // radiance that the camera sees where nothing is
     SHOWS_ENVIRONMENT = BACKDROP + 3, // 1: the environment instead
-    ENVIRONMENT_WIDTH,             // in texels; 0: there is none
+    ENVIRONMENT_WIDTH,                // in texels; 0: there is none
     ENVIRONMENT_HEIGHT,
     ENVIRONMENT_TURN,   // of its left edge about z, in turns
     ENVIRONMENT_CHOICE, // the environment's probability among the lights
@@ -38,8 +39,8 @@ enum shape_word {
     SHAPE_IS_GROUND,   // 1: Lambertian of albedo GROUND in place of the material
     SHAPE_WORDS
 };
-// Which way the tangent runs: around the shape's axis (a sphere's and a disc's is z, a cylinder's x), or
-// along it (a sphere's meridians, a disc's x).
+// Which way the tangent runs: around the shape's axis (a sphere's and a disc's is z, a cylinder's
+// x), or along it (a sphere's meridians, a disc's x).
 enum brushing { AROUND, ALONG };
 
 enum light_kind {
@@ -60,8 +61,8 @@ enum light_word {
     LIGHT_WORDS = LIGHT_NORMAL + 3
 };
 
-// By what directions are drawn: lights and the material's sampler together, one of them, or evenly over
-// the hemisphere. Point and directional lights are always drawn.
+// By what directions are drawn: lights and the material's sampler together, one of them, or evenly
+// over the hemisphere. Point and directional lights are always drawn.
 enum strategy { BOTH, LIGHTS_ALONE, MATERIAL_ALONE, UNIFORM };
 
 // The planes of a path's state where its vertices are handled one by one (measured BRDFs).
@@ -76,8 +77,9 @@ enum path_plane {
     PATH_COVERED,
     PATH_PLANES
 };
-// What a vertex hands to the host: two pairs of directions at which the BRDF is wanted, to the light and
-// to where the path goes on, as the planes of direction_planes.h; then what each value is multiplied by.
+// What a vertex hands to the host: two pairs of directions at which the BRDF is wanted, to the
+// light and to where the path goes on, as the planes of direction_planes.h; then what each value is
+// multiplied by.
 enum vertex_plane {
     VERTEX_LIGHT_SCALE, // red, green, blue
     VERTEX_NEXT_SCALE = VERTEX_LIGHT_SCALE + 3,
