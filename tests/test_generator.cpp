@@ -82,9 +82,9 @@ TEST(Generator, finds_reflectances_within_1e_4) {
     for (const std::size_t i : {0, 3, 5, 8}) {
         const Known& one = all[i];
         SCOPED_TRACE(one.spec);
-        const MicrofacetTable table = table_of(one.spec, 30);
+        const MicrofacetTable table = table_of(one.spec, 24);
         const MicrofacetTable finer =
-            generator().generate(distribution_of(one.spec), {30, false, 2}, "spec.json");
+            generator().generate(distribution_of(one.spec), {24, false, 2}, "spec.json");
         for (const bool correlated : {false, true})
             for (const int f0 : {0, 1})
                 for (std::size_t k = 0; k < table.g.size(); ++k) {
