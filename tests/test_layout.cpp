@@ -37,7 +37,7 @@ const std::vector<std::vector<std::string>> order = {
     {"host/cli"},
     {"fit"},
     {"fit/runs"},
-    {"host/python"},
+    {"fit/python"},
     {"fit/cli"},
     {"bench/native"},
     {"bench"},
@@ -118,7 +118,7 @@ bool starts_with(const std::string& text, const std::string& beginning) {
 bool is_of_the_library(const fs::path& file) {
     const std::string name = file.string();
     return (starts_with(name, "host/") || starts_with(name, "fit/")) &&
-           name.find("/cli/") == std::string::npos && !starts_with(name, "host/python/");
+           name.find("/cli/") == std::string::npos && !starts_with(name, "fit/python/");
 }
 
 TEST(Layout, every_source_file_stands_in_a_known_room) {

@@ -5,6 +5,7 @@
 #include "host/cli/progress.hpp"
 #include "host/cli/within.hpp"
 #include "host/error.hpp"
+#include "host/files/file.hpp"
 #include "host/image/difference.hpp"
 #include "host/image/plot.hpp"
 #include "host/render/picture.hpp"
@@ -18,6 +19,7 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <spdlog/spdlog.h>
 
 namespace brdfit::cli {
@@ -37,9 +39,43 @@ struct Options {
     std::size_t columns = 0; // 0: one row
     Tone tone = Tone::Reinhard;
     ExrPixel pixel = ExrPixel::Half;
-    bool theta_given = false, samples_given = false, compare = false, scale_given = false;
-    double scale = 4; // of a difference
+    bool compare = false;
+    double scale = 4;            // of a difference
+    std::set<std::string> given; // names of options
+
+    bool has(const char* option) const { return given.count(option) > 0; }
 };
+
+/// Throws UsageError for an option that would change nothing.
+void refuse_unused(const Options& options) {
+    const bool png = std::filesystem::path(options.out).extension() == ".png";
+    const bool shown = png || options.compare; // what a screen shows is compared
+    const bool ground = options.shape == "ground";
+    const struct {
+        const char* option;
+        bool used;
+        const char* expected;
+    } uses[] = {
+        {"--scale", options.compare, "it with --compare"},
+        {"--labels", png, "an output that ends in .png"},
+        {"--exposure", shown, "an output that ends in .png, or --compare"},
+        {"--tone", shown, "an output that ends in .png, or --compare"},
+        {"--pixel", !png, "an output that ends in .exr"},
+        {"--ground", ground, "--shape ground"},
+        {"--turn",
+         options.environment != "none" && (!options.environment.empty() || options.lights.empty()),
+         "an environment to turn"},
+        {"--bounces", ground || options.shape.find(':') != std::string::npos,
+         "several shapes: --shape ground, row or grid"},
+        {"--proposal",
+         options.proposal.empty() ||
+             std::any_of(options.inputs.begin(), options.inputs.end(), is_measurement),
+         "a measurement, whose directions it draws"}};
+    for (const auto& use : uses)
+        if (options.has(use.option) && !use.used)
+            throw UsageError(
+                fmt::format("{}: changes nothing here; expected {}", use.option, use.expected));
+}
 
 /// W or WxH in pixels.
 void set_size(View& view, const std::string& text) {
@@ -101,7 +137,7 @@ Scene scene_of(const Options& options) {
     if (!options.backdrop.empty())
         scene.backdrop = rgb_from("--backdrop", options.backdrop, 1e6);
     const bool level = options.shape == "plane" || options.shape == "ground";
-    scene.view.theta = (options.theta_given || !level ? options.theta : 70) * degree;
+    scene.view.theta = (options.has("--view") || !level ? options.theta : 70) * degree;
     if (level && !(scene.view.theta < 89.99 * degree))
         throw UsageError(fmt::format("--view: a {} is seen from above; expected a THETA below 90",
                                      options.shape));
@@ -186,8 +222,7 @@ int render(const Options& options, const Globals& globals) {
                                      options.inputs.size()));
     if (options.compare && options.inputs.size() != 2)
         throw UsageError(fmt::format("--compare: {} inputs; expected two", options.inputs.size()));
-    if (!options.compare && options.scale_given)
-        throw UsageError("--scale: of a difference; expected it with --compare");
+    refuse_unused(options);
     const Scene scene = scene_of(options);
     const std::size_t pixels = scene.view.width * scene.view.height;
     if (pixels * (options.inputs.size() + (options.compare ? 1 : 0)) > most_pixels)
@@ -196,8 +231,9 @@ int render(const Options& options, const Globals& globals) {
                         options.size, options.inputs.size(), pixels, most_pixels));
     RenderSettings settings = options.settings;
     settings.tolerance = options.tolerance;
-    if (settings.tolerance && !options.samples_given)
+    if (settings.tolerance && !options.has("--samples"))
         settings.samples = 65536;
+    { const OutputFile probe(options.out); } // a path that cannot be written costs no time
     const Device device = open_device(globals.device);
     const std::vector<std::string> labels =
         options.labels.empty() ? distinct_names(options.inputs) : options.labels;
@@ -265,7 +301,8 @@ void add_render(CLI::App& app, const Globals& globals, Action& action) {
         ->add_option("--brushed", options->brushed,
                      "which way the tangent runs: around the shape's axis, or along it")
         ->transform(CLI::CheckedTransformer(
-            std::map<std::string, brushing>{{"around", AROUND}, {"along", ALONG}}));
+            std::map<std::string, brushing>{{"around", AROUND}, {"along", ALONG}}))
+        ->option_text("NAME");
     command->add_option("--environment", options->environment,
                         "softbox (the default without --light), sky, white, none, or a "
                         "latitude-longitude .exr");
@@ -278,12 +315,11 @@ void add_render(CLI::App& app, const Globals& globals, Action& action) {
         ->capture_default_str();
     command->add_option("--backdrop", options->backdrop,
                         "radiance behind the shapes, in place of the environment");
-    const CLI::Option* const theta =
-        command
-            ->add_option("--view", options->theta,
-                         "the camera's angle from straight above, degrees (default: 90, above "
-                         "planes 70)")
-            ->check(within(0.01, 179.99));
+    command
+        ->add_option("--view", options->theta,
+                     "the camera's angle from straight above, degrees (default: 90, above "
+                     "planes 70)")
+        ->check(within(0.01, 179.99));
     command->add_option("--around", options->phi, "the camera's azimuth, degrees")
         ->capture_default_str()
         ->check(within(-360, 360));
@@ -292,10 +328,9 @@ void add_render(CLI::App& app, const Globals& globals, Action& action) {
         ->check(within(1, 120));
     command->add_option("--size", options->size, "of each picture: WIDTH or WIDTHxHEIGHT pixels")
         ->capture_default_str();
-    const CLI::Option* const samples =
-        command->add_option("--samples", options->settings.samples, "a pixel")
-            ->capture_default_str()
-            ->check(CLI::Range(std::size_t{1}, most_render_samples));
+    command->add_option("--samples", options->settings.samples, "a pixel")
+        ->capture_default_str()
+        ->check(CLI::Range(std::size_t{1}, most_render_samples));
     command
         ->add_option("--tolerance", options->tolerance,
                      "stop where the noise is at most this share of the mean radiance, or at "
@@ -313,7 +348,8 @@ void add_render(CLI::App& app, const Globals& globals, Action& action) {
             CLI::CheckedTransformer(std::map<std::string, strategy>{{"both", BOTH},
                                                                     {"lights", LIGHTS_ALONE},
                                                                     {"material", MATERIAL_ALONE},
-                                                                    {"uniform", UNIFORM}}));
+                                                                    {"uniform", UNIFORM}}))
+        ->option_text("NAME");
     command->add_option("--proposal", options->proposal,
                         "material by which a measurement's directions are drawn (default: a quick "
                         "fit); the picture tends to the same");
@@ -324,27 +360,28 @@ void add_render(CLI::App& app, const Globals& globals, Action& action) {
     command->add_flag("--compare", options->compare,
                       "of two: their difference as a third picture; PSNR and FLIP of what a screen "
                       "shows");
-    const CLI::Option* const scale =
-        command->add_option("--scale", options->scale, "of the difference")
-            ->capture_default_str()
-            ->check(within(1e-3, 1e6));
+    command->add_option("--scale", options->scale, "of the difference")
+        ->capture_default_str()
+        ->check(within(1e-3, 1e6));
     command->add_option("--exposure", options->exposure, ".png: brighter by so many stops")
         ->check(within(-30, 30));
     command->add_option("--tone", options->tone, ".png: reinhard (highlights compressed) or clip")
         ->transform(CLI::CheckedTransformer(
-            std::map<std::string, Tone>{{"reinhard", Tone::Reinhard}, {"clip", Tone::Clip}}));
+            std::map<std::string, Tone>{{"reinhard", Tone::Reinhard}, {"clip", Tone::Clip}}))
+        ->option_text("NAME");
     command->add_option("--pixel", options->pixel, ".exr: half or float")
         ->transform(CLI::CheckedTransformer(
-            std::map<std::string, ExrPixel>{{"half", ExrPixel::Half}, {"float", ExrPixel::Float}}));
+            std::map<std::string, ExrPixel>{{"half", ExrPixel::Half}, {"float", ExrPixel::Float}}))
+        ->option_text("NAME");
     command->footer(
         "Examples:\n  brdfit render paint.json -o paint.png\n"
         "  brdfit render nickel.binary nickel.kurt.1.json --environment sky -o nickel.exr\n"
         "  brdfit render brushed.json --shape cylinder --brushed along --light "
         "point:3,-4,5,60 -o cylinder.png");
-    command->callback([options, theta, samples, scale, &globals, &action] {
-        options->theta_given = theta->count() > 0;
-        options->scale_given = scale->count() > 0;
-        options->samples_given = samples->count() > 0;
+    command->callback([command, options, &globals, &action] {
+        for (const CLI::Option* const option : command->get_options())
+            if (option->count() > 0)
+                options->given.insert(option->get_name());
         action = [options, &globals] { return render(*options, globals); };
     });
 }

@@ -6,6 +6,7 @@
 #include "host/error.hpp"
 #include "host/evaluate/evaluate.hpp"
 #include "host/evaluate/measured.hpp"
+#include "host/files/file.hpp"
 #include "host/microfacet/table.hpp"
 #include "host/render/picture.hpp"
 #include "host/render/renderer.hpp"
@@ -239,6 +240,9 @@ int plot(const Options& options, const Globals& globals) {
         throw UsageError("--exposure: for --kind slice");
     if (options.kind == Kind::Slice && options.top > 0)
         throw UsageError("--top: not for --kind slice, which has --exposure");
+    if (options.kind == Kind::Distribution && !globals.device.empty())
+        throw UsageError("--device: --kind distribution needs no device");
+    { const OutputFile probe(options.out); } // a path that cannot be written costs no time
     if (options.kind == Kind::Slice)
         plot_slice(options, globals);
     else if (options.kind == Kind::Distribution)
@@ -272,7 +276,8 @@ void add_plot(CLI::App& app, const Globals& globals, Action& action) {
             std::map<std::string, Kind>{{"polar", Kind::Polar},
                                         {"half", Kind::Half},
                                         {"slice", Kind::Slice},
-                                        {"distribution", Kind::Distribution}}));
+                                        {"distribution", Kind::Distribution}}))
+        ->option_text("NAME");
     command
         ->add_option("--theta", options->thetas,
                      "angles in degrees, a curve each, A,B,...: polar: of the light (default "

@@ -1,6 +1,6 @@
-#include "host/python/module.hpp"
+#include "fit/python/module.hpp"
 
-#include "host/python/call.hpp"
+#include "fit/python/call.hpp"
 #include "host/version.hpp"
 
 NB_MODULE(_brdfit, module) {

@@ -1,4 +1,4 @@
-#include "host/python/samples.hpp"
+#include "fit/python/samples.hpp"
 
 #include "host/error.hpp"
 #include "host/files/channels.hpp"
@@ -6,9 +6,9 @@
 #include "host/measured/rows.hpp"
 #include "host/measured/write.hpp"
 #include "host/parallel.hpp"
-#include "host/python/arrays.hpp"
-#include "host/python/call.hpp"
-#include "host/python/module.hpp"
+#include "fit/python/arrays.hpp"
+#include "fit/python/call.hpp"
+#include "fit/python/module.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 
 #include "host/evaluate/sample.hpp"
 #include "host/model/material.hpp"
-#include "host/python/call.hpp"
+#include "fit/python/call.hpp"
 
 #include <map>
 #include <memory>

@@ -1,4 +1,4 @@
-#include "host/python/call.hpp"
+#include "fit/python/call.hpp"
 
 #include "host/device/errors.hpp"
 #include "host/error.hpp"

@@ -1,4 +1,4 @@
-#include "host/python/material.hpp"
+#include "fit/python/material.hpp"
 
 #include "fit/metric.hpp"
 #include "fit/samples.hpp"
@@ -8,9 +8,9 @@
 #include "host/evaluate/tabulate.hpp"
 #include "host/files/json.hpp"
 #include "host/measured/rgl.hpp"
-#include "host/python/arrays.hpp"
-#include "host/python/module.hpp"
-#include "host/python/samples.hpp"
+#include "fit/python/arrays.hpp"
+#include "fit/python/module.hpp"
+#include "fit/python/samples.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>

@@ -4,10 +4,10 @@
 #include "host/device/errors.hpp"
 #include "host/error.hpp"
 #include "host/files/json.hpp"
-#include "host/python/call.hpp"
-#include "host/python/material.hpp"
-#include "host/python/module.hpp"
-#include "host/python/samples.hpp"
+#include "fit/python/call.hpp"
+#include "fit/python/material.hpp"
+#include "fit/python/module.hpp"
+#include "fit/python/samples.hpp"
 
 #include <fmt/format.h>
 #include <memory>

@@ -3,8 +3,8 @@
 #include "fit/runs/plan.hpp"
 #include "fit/runs/run.hpp"
 #include "host/error.hpp"
-#include "host/python/call.hpp"
-#include "host/python/module.hpp"
+#include "fit/python/call.hpp"
+#include "fit/python/module.hpp"
 
 #include <filesystem>
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 #include "host/model/catalogue.hpp"
-#include "host/python/call.hpp"
-#include "host/python/module.hpp"
+#include "fit/python/call.hpp"
+#include "fit/python/module.hpp"
 
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>

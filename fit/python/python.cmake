@@ -11,7 +11,7 @@ endif()
 find_package(nanobind 3 CONFIG REQUIRED)
 
 set(PYTHON_PACKAGE ${PROJECT_BINARY_DIR}/python/brdfit)
-file(GLOB PYTHON_SOURCES CONFIGURE_DEPENDS host/python/*.cpp)
+file(GLOB PYTHON_SOURCES CONFIGURE_DEPENDS fit/python/*.cpp)
 nanobind_add_module(_brdfit BACKEND_MODULE nanobind_backend STABLE_ABI NOMINSIZE NB_SUPPRESS_WARNINGS ${PYTHON_SOURCES})
 target_link_libraries(_brdfit PRIVATE brdfit_core)
 target_link_options(_brdfit PRIVATE -Wl,--exclude-libs,ALL) # nothing but its entry is for others
@@ -19,7 +19,7 @@ set_target_properties(_brdfit PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${PYTHON_PACKA
 nanobind_add_stub(_brdfit_stub MODULE _brdfit OUTPUT ${PYTHON_PACKAGE}/_brdfit.pyi PYTHON_PATH ${PYTHON_PACKAGE}
   DEPENDS _brdfit)
 
-file(GLOB PACKAGE_FILES CONFIGURE_DEPENDS host/python/brdfit/*.py host/python/brdfit/py.typed)
+file(GLOB PACKAGE_FILES CONFIGURE_DEPENDS fit/python/brdfit/*.py fit/python/brdfit/py.typed)
 foreach(FILE ${PACKAGE_FILES})
   get_filename_component(NAME ${FILE} NAME)
   configure_file(${FILE} ${PYTHON_PACKAGE}/${NAME} COPYONLY)

@@ -1,4 +1,4 @@
-#include "host/python/arrays.hpp"
+#include "fit/python/arrays.hpp"
 
 #include "host/error.hpp"
 #include "host/files/directions.hpp"
