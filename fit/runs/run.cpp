@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 #include <mutex>
 #include <optional>
+#include <spdlog/spdlog.h>
 #include <thread>
 #include <unistd.h>
 #include <unordered_set>
@@ -142,6 +143,8 @@ class Runner {
                                              "expected {}",
                                              file.path, samples->sha256, file.sha256));
             samples->source = file.path;
+            if (plan_.settings.orient && samples->isotropic)
+                spdlog::warn("{}: is isotropic, so that --orient has nothing to turn", file.path);
         } catch (const std::exception& error) {
             unreadable = message_of(error);
         }

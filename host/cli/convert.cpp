@@ -14,6 +14,7 @@
 #include <array>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <optional>
 #include <spdlog/spdlog.h>
 
@@ -185,7 +186,6 @@ Samples in_bins(const MeasuredBrdf& measured, const Globals& globals,
 }
 
 int convert_samples(const Options& options, const Globals& globals) {
-    require_samples_ending(options.out);
     Progress progress(3, globals.quiet);
     progress.show(0, options.in);
     const bool to_merl = std::filesystem::path(options.out).extension() == ".binary";
@@ -212,6 +212,10 @@ int convert_samples(const Options& options, const Globals& globals) {
 
 int convert(const Options& options, const Globals& globals) {
     const std::string ending = std::filesystem::path(options.out).extension().string();
+    const auto written = {".binary", ".csv", ".astm", ".npy", ".npz", ".bsdf", ".xml"};
+    if (std::find(written.begin(), written.end(), ending) == written.end())
+        throw UsageError(
+            fmt::format("{}: unknown ending; expected {}", options.out, fmt::join(written, ", ")));
     if (options.zemax && ending != ".bsdf")
         throw UsageError("--zemax: expected it with an output that ends in .bsdf");
     if ((!options.size.empty() || options.spectral) && (ending != ".bsdf" || options.zemax))
