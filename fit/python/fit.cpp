@@ -1,13 +1,13 @@
 #include "fit/fit_all.hpp"
 #include "fit/jobs.hpp"
-#include "fit/report.hpp"
-#include "host/device/errors.hpp"
-#include "host/error.hpp"
-#include "host/files/json.hpp"
 #include "fit/python/call.hpp"
 #include "fit/python/material.hpp"
 #include "fit/python/module.hpp"
 #include "fit/python/samples.hpp"
+#include "fit/report.hpp"
+#include "host/device/errors.hpp"
+#include "host/error.hpp"
+#include "host/files/json.hpp"
 
 #include <fmt/format.h>
 #include <memory>

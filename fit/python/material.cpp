@@ -1,6 +1,9 @@
 #include "fit/python/material.hpp"
 
 #include "fit/metric.hpp"
+#include "fit/python/arrays.hpp"
+#include "fit/python/module.hpp"
+#include "fit/python/samples.hpp"
 #include "fit/samples.hpp"
 #include "host/albedo/material.hpp"
 #include "host/error.hpp"
@@ -8,9 +11,6 @@
 #include "host/evaluate/tabulate.hpp"
 #include "host/files/json.hpp"
 #include "host/measured/rgl.hpp"
-#include "fit/python/arrays.hpp"
-#include "fit/python/module.hpp"
-#include "fit/python/samples.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>

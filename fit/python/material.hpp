@@ -1,8 +1,8 @@
 #pragma once
 
+#include "fit/python/call.hpp"
 #include "host/evaluate/sample.hpp"
 #include "host/model/material.hpp"
-#include "fit/python/call.hpp"
 
 #include <map>
 #include <memory>

@@ -1,10 +1,10 @@
+#include "fit/python/call.hpp"
+#include "fit/python/module.hpp"
 #include "fit/runs/log.hpp"
 #include "fit/runs/merge.hpp"
 #include "fit/runs/plan.hpp"
 #include "fit/runs/run.hpp"
 #include "host/error.hpp"
-#include "fit/python/call.hpp"
-#include "fit/python/module.hpp"
 
 #include <filesystem>
 #include <fmt/format.h>

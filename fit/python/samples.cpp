@@ -1,14 +1,14 @@
 #include "fit/python/samples.hpp"
 
+#include "fit/python/arrays.hpp"
+#include "fit/python/call.hpp"
+#include "fit/python/module.hpp"
 #include "host/error.hpp"
 #include "host/files/channels.hpp"
 #include "host/measured/read.hpp"
 #include "host/measured/rows.hpp"
 #include "host/measured/write.hpp"
 #include "host/parallel.hpp"
-#include "fit/python/arrays.hpp"
-#include "fit/python/call.hpp"
-#include "fit/python/module.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>

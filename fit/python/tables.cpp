@@ -1,8 +1,8 @@
-#include "host/error.hpp"
-#include "host/microfacet/generator.hpp"
 #include "fit/python/arrays.hpp"
 #include "fit/python/call.hpp"
 #include "fit/python/module.hpp"
+#include "host/error.hpp"
+#include "host/microfacet/generator.hpp"
 #include "host/table/table.hpp"
 
 #include <fmt/format.h>
