@@ -11,7 +11,7 @@ import pytest
 import brdfit
 from conftest import ROOT, command, typical
 
-EXAMPLES = ROOT / "host" / "python" / "examples"
+EXAMPLES = ROOT / "fit" / "python" / "examples"
 
 
 def test_types(tmp_path):
