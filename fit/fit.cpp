@@ -25,8 +25,6 @@ constexpr std::uint64_t draw_seed = 0x6a7d; // not that of --starts
 constexpr std::size_t single_lobe_drawn = 4, several_lobe_drawn = 10;
 constexpr std::size_t single_lobe_finalists = 2, several_lobe_finalists = 3;
 constexpr double highest_coupled_f0 = 0.999;
-// A random start beats the search where its error is below by more than this share.
-constexpr double better_share = 1e-3;
 // Squared errors that differ by less than this share are equal, up to rounding.
 constexpr double equal_share = 1e-7;
 
@@ -269,17 +267,26 @@ std::vector<Solution> FileFitter::polished_thinned(const Structure& structure, c
     if (!quadratic(options_.metric) && !structure.lobes.empty())
         for (Solution& drawn : drawn_starts(objective, space))
             solutions.push_back(std::move(drawn));
+    Polish polish = thinned_polish(structure, space);
+    for (Solution& solution : solutions)
+        solution = thinned_minimum(polish, structure, space, solution);
+    std::stable_sort(solutions.begin(), solutions.end(), better);
+    return solutions;
+}
+
+Polish FileFitter::thinned_polish(const Structure& structure, const Space& space) {
     MinimiseOptions options;
     options.max_evaluations = 100;
     options.relative_tolerance = 1e-6;
-    Polish polish(objective, space, options_.metric, options);
-    for (Solution& solution : solutions) {
-        solution = polish.descended(solution);
-        if (std::isfinite(solution.squared_error)) // so that distinct() tells twins
-            order_lobes(structure, space, solution.theta, solution.a);
-    }
-    std::stable_sort(solutions.begin(), solutions.end(), better);
-    return solutions;
+    return {thinned_objective(structure), space, options_.metric, options};
+}
+
+Solution FileFitter::thinned_minimum(Polish& polish, const Structure& structure, const Space& space,
+                                     const Solution& start) {
+    Solution solution = polish.descended(start);
+    if (std::isfinite(solution.squared_error)) // so that alike() tells twins
+        order_lobes(structure, space, solution.theta, solution.a);
+    return solution;
 }
 
 std::size_t FileFitter::finalist_count(const Structure& structure) {
@@ -293,18 +300,21 @@ std::vector<Solution> FileFitter::distinct(const Space& space,
     for (const Solution& solution : solutions) {
         if (chosen.size() == count)
             break;
-        const std::vector<double> x = space.to_x(solution.theta);
-        const bool unlike = std::none_of(chosen.begin(), chosen.end(), [&](const Solution& other) {
-            const std::vector<double> y = space.to_x(other.theta);
-            double distance = 0;
-            for (std::size_t i = 0; i < x.size(); ++i)
-                distance = std::max(distance, std::abs(x[i] - y[i]));
-            return distance < 0.02;
-        });
-        if (unlike)
+        if (std::none_of(chosen.begin(), chosen.end(), [&](const Solution& other) {
+                return alike(space, solution.theta, other.theta);
+            }))
             chosen.push_back(solution);
     }
     return chosen;
+}
+
+bool FileFitter::alike(const Space& space, const std::vector<double>& a,
+                       const std::vector<double>& b) {
+    const std::vector<double> x = space.to_x(a), y = space.to_x(b);
+    double distance = 0;
+    for (std::size_t i = 0; i < x.size(); ++i)
+        distance = std::max(distance, std::abs(x[i] - y[i]));
+    return distance < 0.02;
 }
 
 std::vector<double> FileFitter::start_theta(const Structure& structure, const Space& space) const {
@@ -379,17 +389,18 @@ std::vector<Solution> FileFitter::finalists(const Structure& structure, const Sp
 
 // Where the default algorithm leads, the Levenberg-Marquardt method gets there sooner: NLopt starts
 // at the best of its results.
-Solution FileFitter::best_of(Polish& polish, const std::vector<Solution>& starts) const {
+Solution FileFitter::best_of(Polish& polish, const std::vector<Solution>& starts,
+                             double goal) const {
     const bool descends = options_.algorithm == MinimiseOptions{}.algorithm && polish.can_descend();
     Solution best;
     best.squared_error = std::numeric_limits<double>::infinity();
     for (const Solution& start : starts) {
-        Solution solution =
-            descends ? polish.descended(start, best.squared_error) : polish.minimised(start);
+        Solution solution = descends ? polish.descended(start, std::min(goal, best.squared_error))
+                                     : polish.minimised(start);
         if (better(solution, best))
             best = std::move(solution);
     }
-    if (descends && std::isfinite(best.squared_error))
+    if (descends && best.squared_error < goal)
         best = polish.minimised(best);
     return best;
 }
@@ -466,23 +477,10 @@ FitResult FileFitter::fit(const Structure& structure, const ProgressFunction& pr
     const double pass_seconds = objective.seconds();
     Solution solution = fit.solution;
     FitResult result;
-    result.random_starts = options_.random_starts;
     if (conserved != nullptr)
         objective.limit_albedos(conserved->limit);
-    Polish polish = full_polish(structure, fit.space);
-    for (int i = 0; i < options_.random_starts; ++i) {
-        tell(progress, (i + 1.0) / (options_.random_starts + 1)); // the search is one, about
-        const std::vector<double> theta =
-            fit.space.random(options_.seed, static_cast<std::uint64_t>(i));
-        Solution other = best_of(polish, {{theta, {}, 0}});
-        if (conserved != nullptr && other.squared_error < solution.squared_error)
-            other = settled(objective, *conserved, std::move(other));
-        if (std::sqrt(other.squared_error) <
-            std::sqrt(fit.solution.squared_error) * (1 - better_share))
-            ++result.random_starts_better;
-        if (other.squared_error < solution.squared_error)
-            solution = std::move(other);
-    }
+    if (options_.random_starts > 0)
+        try_random_starts(structure, fit, conserved, solution, result, progress);
     solution.theta = fit.space.snapped(std::move(solution.theta));
     order_lobes(structure, fit.space, solution.theta, solution.a);
     result.model = structure.name();
@@ -498,7 +496,7 @@ FitResult FileFitter::fit(const Structure& structure, const ProgressFunction& pr
     result.evaluations = fit.evaluations + objective.evaluations() - evaluations;
     result.passes = fit.passes + objective.timed_passes() - passes;
     result.pass_seconds = fit.pass_seconds + objective.seconds() - pass_seconds;
-    result.thinned_evaluations = fit.thinned_evaluations;
+    result.thinned_evaluations += fit.thinned_evaluations;
     result.build_seconds = programs_.build_seconds() - building;
     result.search_seconds = fit.search_seconds;
     result.polish_seconds = fit.polish_seconds;

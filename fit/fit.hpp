@@ -42,8 +42,9 @@ struct FitOptions {
     /// Of one polish on all samples. Raise it where an algorithm without derivatives, or three
     /// and more lobes, stop at it.
     int max_evaluations = 500;
-    /// Polished on all samples, besides the global search: a check on that, at the cost of a polish
-    /// each. FitResult::random_starts_better tells what came of it.
+    /// Led to a local minimum of the thinned samples, besides the global search; from there to one
+    /// of all samples, where that may be better than the search's: a check on that.
+    /// FitResult::random_starts_better tells what came of it.
     int random_starts = 0;
     /// Of the random starts and of stochastic algorithms. Change it for other starts.
     unsigned long seed = 1;
@@ -75,7 +76,7 @@ struct FitResult {
     double build_seconds = 0;
     double search_seconds = 0, polish_seconds = 0; ///< of the global search and of the polishes
     double seconds = 0;                            ///< all of it but build_seconds
-    int random_starts = 0;                         ///< polished besides the global search
+    int random_starts = 0;                         ///< tried besides the global search
     int random_starts_better = 0; ///< of these, that beat the search by more than 0.1 %
     /// The largest directional albedo R up to 85 degrees, over all channels; of a fit that
     /// conserves energy up to conserved_theta, within conserved_tolerance / 2.
@@ -153,13 +154,25 @@ class FileFitter {
     std::vector<Solution> drawn_starts(Objective& objective, const Space& space) const;
     std::vector<Solution> polished_thinned(const Structure& structure, const Space& space,
                                            const std::vector<StartingPoint>& starts);
+    Polish thinned_polish(const Structure& structure, const Space& space);
+    // The local minimum that polish leads to, its lobes in order.
+    static Solution thinned_minimum(Polish& polish, const Structure& structure, const Space& space,
+                                    const Solution& start);
     static std::size_t finalist_count(const Structure& structure);
     // The first `count` solutions; those that met in one optimum count as one.
     static std::vector<Solution>
     distinct(const Space& space, const std::vector<Solution>& solutions, std::size_t count);
+    // Whether two solutions are one optimum, found twice.
+    static bool alike(const Space& space, const std::vector<double>& a,
+                      const std::vector<double>& b);
     Polish full_polish(const Structure& structure, const Space& space);
-    // The best local minimum from the starts, by that polish.
-    Solution best_of(Polish& polish, const std::vector<Solution>& starts) const;
+    // The best local minimum from the starts, by that polish, which may give up where it will not
+    // get below the squared error `goal`.
+    Solution best_of(Polish& polish, const std::vector<Solution>& starts,
+                     double goal = std::numeric_limits<double>::infinity()) const;
+    // Improves `solution` by the random starts, and counts in `result` those that beat the fit.
+    void try_random_starts(const Structure& structure, const Fitted& fit, Conserving* conserved,
+                           Solution& solution, FitResult& result, const ProgressFunction& progress);
     // Whether every lobe has some strength at a starting point: without it has no slope either.
     bool has_pull(const Structure& structure, const Solution& start);
     std::vector<double> start_theta(const Structure& structure, const Space& space) const;

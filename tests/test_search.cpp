@@ -100,6 +100,20 @@ TEST_P(EveryLobe, no_random_start_beats_the_search_on_real_spectral_measurements
             expect_no_start_beats_the_search(measurement(file), GetParam(), lobes);
 }
 
+TEST(RandomStarts, find_what_a_fit_stopped_short_of) {
+    FitOptions options;
+    options.start = typical_material(structure_named("kurt", 1, "", true));
+    options.max_evaluations = 2;
+    const FitResult stopped = fit(measurement(""), "kurt", 1, options);
+    options.random_starts = starts;
+    const FitResult found = fit(measurement(""), "kurt", 1, options);
+    const double best = error_of(fit(measurement(""), "kurt", 1), Metric::Ngan);
+    EXPECT_GT(error_of(stopped, Metric::Ngan), best * 1.01);
+    EXPECT_GT(found.random_starts_better, 0);
+    EXPECT_LE(error_of(found, Metric::Ngan), best * rounding);
+    EXPECT_GT(found.thinned_evaluations, stopped.thinned_evaluations);
+}
+
 TEST_P(EveryLobe, more_lobes_are_never_worse) {
     for (const Metric metric : {Metric::Ngan, Metric::L2, Metric::Log, Metric::Cbrt}) {
         FitOptions options;

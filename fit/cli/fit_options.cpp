@@ -37,7 +37,7 @@ void FitSettings::add_to(CLI::App& command) {
         ->capture_default_str();
     command
         .add_option("--starts", options.random_starts,
-                    "random starts polished besides the global search")
+                    "random starts tried besides the global search")
         ->check(CLI::Range(0, 100000))
         ->capture_default_str();
     seed_ = add_seed(command, options.seed, "of the random starts and stochastic algorithms")
