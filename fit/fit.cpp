@@ -150,9 +150,14 @@ Material material_of(const Structure& structure, const std::vector<std::string>&
 
 FileFitter::FileFitter(const Device& device, ProgramCache& programs, const Samples& samples,
                        const FitOptions& options)
+    : FileFitter(device, programs, samples, options,
+                 pack_samples(device, samples, options.max_theta, options.metric)) {}
+
+FileFitter::FileFitter(const Device& device, ProgramCache& programs, const Samples& samples,
+                       const FitOptions& options, DeviceSamples packed)
     : device_(device), programs_(programs), samples_(samples), options_(options),
       shared_(std::make_shared<Shared>()), packed_(shared_->packed), thinned_(shared_->thinned) {
-    shared_->packed = pack_samples(device, samples, options.max_theta, options.metric);
+    shared_->packed = std::move(packed);
     shared_->thinned = thin_samples(device, samples, packed_, options.metric, thinned_count);
     // Objectives have copies of these.
     shared_->packed.used = shared_->thinned.used = {};

@@ -93,6 +93,9 @@ class FileFitter {
   public:
     FileFitter(const Device& device, ProgramCache& programs, const Samples& samples,
                const FitOptions& options);
+    /// With samples packed for options.metric and options.max_theta.
+    FileFitter(const Device& device, ProgramCache& programs, const Samples& samples,
+               const FitOptions& options, DeviceSamples packed);
     FileFitter(const FileFitter&) = delete;
     FileFitter& operator=(const FileFitter&) = delete;
 

@@ -53,6 +53,16 @@ std::deque<Group> groups_of(const std::vector<Structure>& structures) {
     return groups;
 }
 
+// The samples on a device, from what it has of the file already.
+DeviceSamples packed_on(const Device& device, const Samples& samples, const FitOptions& options,
+                        std::optional<DeviceSamples>* known) {
+    if (known == nullptr)
+        return pack_samples(device, samples, options.max_theta, options.metric);
+    if (*known)
+        return packed_for(options.metric, device, samples, **known);
+    return known->emplace(pack_samples(device, samples, options.max_theta, options.metric));
+}
+
 } // namespace
 
 /// Fits to one file that threads on several devices take from.
@@ -239,13 +249,18 @@ std::exception_ptr fit_all(FitDevices& devices, const Samples& samples, const Fi
                            const std::vector<Structure>& structures, const FitPlace& place,
                            const FitCalls& calls) {
     FitQueue queue(devices, structures, options.metric, place, calls);
+    if (place.packed != nullptr)
+        place.packed->resize(devices.size());
     const auto work = [&](std::size_t device) {
         if (!queue.has_work_for(device)) // which costs a copy of the samples
             return;
         std::unique_ptr<FileFitter> fitter;
         try {
-            fitter = std::make_unique<FileFitter>(devices[device].device, devices[device].programs,
-                                                  samples, options);
+            const Device& on = devices[device].device;
+            fitter = std::make_unique<FileFitter>(
+                on, devices[device].programs, samples, options,
+                packed_on(on, samples, options,
+                          place.packed != nullptr ? &(*place.packed)[device] : nullptr));
         } catch (...) {
             return queue.cannot_begin(device, std::current_exception());
         }

@@ -32,6 +32,9 @@ struct FitPlace {
     std::optional<std::size_t> home; ///< of the devices, this one alone, unless it fails; none: all
     std::size_t jobs = 1;            ///< files fitted to at once, which share what a device can do
     std::size_t at_once = 0;         ///< fits of a device; 0: as many as keep it busy
+    /// By device, the file's samples as earlier calls with the same max_theta packed them, which
+    /// this one then takes, or fills in; null: packs anew.
+    std::vector<std::optional<DeviceSamples>>* packed = nullptr;
 };
 
 /// Fits structures to one file's samples, several at once and on several devices: each takes the

@@ -60,7 +60,47 @@ float quadratic_weight(const Samples& samples, std::uint32_t k, float solid_angl
     return static_cast<float>((metric == Metric::L2 ? 1 : solid_angle) * iz * iz * slopes);
 }
 
-// Copies what of the samples `used` depends on the metric, not on the models, to the device.
+// `value(k)` of every sample used on the device, then of the padding, which repeats the last one's
+// or is 0.
+template <typename Value>
+cl::Buffer plane(const Device& device, const DeviceSamples& packed, Value value, bool repeat) {
+    using T = decltype(value(std::uint32_t{}));
+    return filled<T>(device, packed.stride, [&](T* to) {
+        parallel_pieces(packed.count, piece, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                to[i] = value(packed.used[i]);
+        });
+        std::fill(to + packed.count, to + packed.stride, repeat ? value(packed.used.back()) : T{});
+    });
+}
+
+// Copies what depends on the metric to the device, and the solid angles, which it takes.
+void upload_weights(const Device& device, const Samples& samples, Metric metric,
+                    DeviceSamples& packed) {
+    const bool weighted = !samples.weights.empty();
+    double sum = 0;
+    for (const std::uint32_t k : packed.used)
+        sum += weighted ? samples.weights[k] : 1.0F;
+    if (!(sum > 0))
+        throw InputError(fmt::format("{}: the weights of the samples used add up to {}; expected "
+                                     "a positive sum",
+                                     samples.source, sum));
+    const double scale = static_cast<double>(packed.count) / sum;
+    const auto solid_angle = [&](std::uint32_t k) {
+        return static_cast<float>(weighted ? samples.weights[k] * scale : 1);
+    };
+    const double lowest = quadratic(metric) ? 0 : lowest_slope_at(samples, packed.used);
+    if (packed.solid_angle() == nullptr)
+        packed.solid_angle = plane(device, packed, solid_angle, false);
+    packed.weights = plane(
+        device, packed,
+        [&](std::uint32_t k) {
+            return quadratic_weight(samples, k, solid_angle(k), metric, lowest);
+        },
+        false);
+}
+
+// Copies what of the samples `used` does not depend on the models to the device.
 void upload_used(const Device& device, const Samples& samples, Metric metric,
                  DeviceSamples& packed) {
     const std::vector<std::uint32_t>& used = packed.used;
@@ -74,40 +114,12 @@ void upload_used(const Device& device, const Samples& samples, Metric metric,
     packed.isotropic = samples.isotropic;
     packed.pairs = samples.count();
 
-    const bool weighted = !samples.weights.empty();
-    double weight_sum = 0;
-    for (const std::uint32_t k : used)
-        weight_sum += weighted ? samples.weights[k] : 1.0F;
-    if (!(weight_sum > 0))
-        throw InputError(fmt::format("{}: the weights of the samples used add up to {}; expected "
-                                     "a positive sum",
-                                     samples.source, weight_sum));
-    const double scale = static_cast<double>(packed.count) / weight_sum;
     const float* const wi_z = samples.directions->plane(Directions::WiZ);
-    const auto solid_angle = [&](std::uint32_t k) {
-        return static_cast<float>(weighted ? samples.weights[k] * scale : 1);
-    };
-    const double lowest = quadratic(metric) ? 0 : lowest_slope_at(samples, used);
-
-    // `value(k)` of every sample used, then of the padding, which repeats the last one's or is 0.
-    const auto plane = [&](auto value, bool repeat) {
-        using T = decltype(value(std::uint32_t{}));
-        return filled<T>(device, packed.stride, [&](T* to) {
-            parallel_pieces(packed.count, piece, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t i = begin; i < end; ++i)
-                    to[i] = value(used[i]);
-            });
-            std::fill(to + packed.count, to + packed.stride, repeat ? value(used.back()) : T{});
-        });
-    };
-    packed.index = plane([](std::uint32_t k) { return k; }, true);
-    packed.solid_angle = plane(solid_angle, false);
-    packed.iz = plane([&](std::uint32_t k) { return wi_z[k]; }, false);
-    packed.weights = plane(
-        [&](std::uint32_t k) {
-            return quadratic_weight(samples, k, solid_angle(k), metric, lowest);
-        },
-        false);
+    packed.index = plane(
+        device, packed, [](std::uint32_t k) { return k; }, true);
+    packed.iz = plane(
+        device, packed, [&](std::uint32_t k) { return wi_z[k]; }, false);
+    upload_weights(device, samples, metric, packed);
 
     // Vectors in the order of VALUE_AT of kernels/passes/prepare.cl.
     const bool together = device.form.local_size == 1;
@@ -170,6 +182,13 @@ DeviceSamples pack_samples(const Device& device, const Samples& samples, double 
         const_cast<float*>(directions.data().data()));
     upload_used(device, samples, metric, packed);
     return packed;
+}
+
+DeviceSamples packed_for(Metric metric, const Device& device, const Samples& samples,
+                         const DeviceSamples& packed) {
+    DeviceSamples other = packed;
+    upload_weights(device, samples, metric, other);
+    return other;
 }
 
 DeviceSamples thin_samples(const Device& device, const Samples& samples,

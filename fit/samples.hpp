@@ -45,6 +45,9 @@ std::vector<std::uint32_t> used_samples(const Samples& samples, double max_theta
 /// larger than the device allows.
 DeviceSamples pack_samples(const Device& device, const Samples& samples, double max_theta_degrees,
                            Metric metric);
+/// The same samples for another metric: what does not depend on it is shared.
+DeviceSamples packed_for(Metric metric, const Device& device, const Samples& samples,
+                         const DeviceSamples& packed);
 /// About `count` of the packed samples, one of each run of equal length, for the global search. The
 /// same on every machine. All of them where there are not more.
 DeviceSamples thin_samples(const Device& device, const Samples& samples,

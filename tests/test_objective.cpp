@@ -2,6 +2,7 @@
 // and ks, for every structure a fit can have.
 
 #include "fit/structures.hpp"
+#include "host/device/buffer.hpp"
 #include "tests/support/fits.hpp"
 #include "tests/support/reference_models.hpp"
 
@@ -393,6 +394,25 @@ TEST(PackSamples, invalid_samples_and_those_beyond_the_angle_change_nothing) {
     };
     EXPECT_EQ(error(broken), error(without));
     EXPECT_NE(error(broken), error(samples));
+}
+
+TEST(PackedSamples, for_another_metric_share_all_but_the_weights) {
+    Samples samples = test::measured(typical_material(structure_named("kurt", 1, "", true)), 3000);
+    samples.weights.assign(samples.count(), 1);
+    for (std::size_t k = 0; k < samples.count(); k += 3)
+        samples.weights[k] = 2.5F;
+    const DeviceSamples first = pack_samples(device(), samples, 80, Metric::Ngan);
+    for (const Metric metric : {Metric::L2, Metric::Log, Metric::Cbrt, Metric::Ngan}) {
+        const DeviceSamples other = packed_for(metric, device(), samples, first);
+        const DeviceSamples anew = pack_samples(device(), samples, 80, metric);
+        EXPECT_EQ(other.values(), first.values());
+        EXPECT_EQ(other.directions(), first.directions());
+        EXPECT_EQ(other.solid_angle(), first.solid_angle());
+        EXPECT_NE(other.weights(), first.weights());
+        EXPECT_EQ(download<float>(device(), other.weights, other.stride),
+                  download<float>(device(), anew.weights, anew.stride))
+            << name_of(metric);
+    }
 }
 
 TEST(ThinSamples, takes_one_of_each_run_and_all_where_there_are_few) {

@@ -148,6 +148,7 @@ class Runner {
         } catch (const std::exception& error) {
             unreadable = message_of(error);
         }
+        std::vector<std::optional<DeviceSamples>> packed; // for all metrics
         for (std::size_t first = 0; first < tasks.size();) {
             const Metric metric = tasks[first]->metric;
             const auto end =
@@ -156,14 +157,15 @@ class Runner {
             const FileTasks of_metric(tasks.begin() + static_cast<std::ptrdiff_t>(first), end);
             first += of_metric.size();
             if (unreadable.empty())
-                fit_tasks(home, of_metric, *samples);
+                fit_tasks(home, of_metric, *samples, packed);
             else
                 fail(of_metric, unreadable);
         }
     }
 
     // Fits the tasks of one metric, several at once.
-    void fit_tasks(const Home& home, FileTasks tasks, const Samples& samples) {
+    void fit_tasks(const Home& home, FileTasks tasks, const Samples& samples,
+                   std::vector<std::optional<DeviceSamples>>& packed) {
         std::vector<Structure> structures;
         for (const Task* task : tasks)
             structures.push_back(formed(plan_.settings, task->structure, samples.isotropic));
@@ -187,7 +189,7 @@ class Runner {
         };
         calls.stop = [&] { return stopping(); };
         const FitOptions fit_options = plan_.options_of(*tasks.front());
-        const FitPlace place{home, jobs_, static_cast<std::size_t>(options_.fits_at_once)};
+        const FitPlace place{home, jobs_, static_cast<std::size_t>(options_.fits_at_once), &packed};
         const std::exception_ptr hindrance =
             fit_all(devices_, samples, fit_options, structures, place, calls);
         if (hindrance)

@@ -212,7 +212,7 @@ def fit(
     start : Material, optional
         Replaces the global search: only a local optimum is promised then.
     starts, seed : int
-        Random starts polished besides the global search, and their seed.
+        Random starts tried besides the global search, and their seed.
     algorithm, max_evaluations
         NLopt's for the polish, and how many evaluations that may take.
     conserve : bool
