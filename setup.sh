@@ -18,7 +18,7 @@ needed_by_checks="clang clang-format"
 # What mesa-opencl-icd depends on.
 needed_by_rusticl="libclc-15 libclang-cpp15 libllvmspirvlib15 libllvm15 libdrm2 libdrm-nouveau2 libsensors5 libexpat1
 libzstd1"
-needed_by_package="dpkg-dev file"
+needed_by_package="dpkg-dev file help2man"
 
 usage() {
     sed -n '2,7s/^# \{0,1\}//p' "$0" >&2
@@ -123,7 +123,7 @@ check)
 package)
     install_packages $needed $needed_by_package
     # Nothing in it is for this machine's processor alone.
-    configure build-package -DBUILD_TESTING=OFF -DBRDFIT_SIMD_BASELINE=OFF
+    configure build-package -DBUILD_TESTING=OFF -DBRDFIT_SIMD_BASELINE=OFF -DBRDFIT_MANUAL=ON
     cmake --build build-package -j "$(nproc)"
     (cd build-package && cpack)
     ;;

@@ -39,4 +39,9 @@ in_root apt-get install -q -y --install-recommends /brdfit.deb
 in_root brdfit devices
 in_root brdfit demo -o /demo
 [ -s "$root/demo/summary.csv" ]
+[ -s "$root/usr/share/man/man1/brdfit-fit.1" ]
+in_root bash -c '. /usr/share/bash-completion/completions/brdfit
+    COMP_WORDS=(brdfit sta) COMP_CWORD=1
+    _brdfit
+    [ "${COMPREPLY[*]}" = status ]'
 echo "$package installs and runs in a bare Debian 12"
