@@ -17,12 +17,14 @@ cat /etc/apt/apt.conf.d/*proxy* >"$root/etc/apt/apt.conf.d/proxy" 2>/dev/null ||
 for file in /etc/resolv.conf /etc/hosts /etc/pip.conf; do
     [ ! -e "$file" ] || cp "$file" "$root/etc/"
 done
+# Behind a proxy, whom pip trusts.
+cp /etc/ssl/certs/ca-certificates.crt "$root/certificates" 2>/dev/null || true
 # The driver for CPUs reads there what processors and memory there are.
 mount -t proc proc "$root/proc"
 mount -o ro -t sysfs sysfs "$root/sys"
 
 in_root() {
     chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C \
-        DEBIAN_FRONTEND=noninteractive "$@"
+        PIP_CERT="$([ ! -e "$root/certificates" ] || echo /certificates)" DEBIAN_FRONTEND=noninteractive "$@"
 }
 in_root apt-get update -q
