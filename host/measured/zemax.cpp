@@ -109,16 +109,16 @@ Header read_header(text::Lines& lines) {
     return header;
 }
 
-/// Reads a channel's numbers, from the line that names it on:
+/// Appends a channel's numbers, from the line that names it on:
 /// [rotation][incidence][azimuth][radial].
-std::vector<float> read_channel(text::Lines& lines, const Header& header, std::size_t channel) {
+void read_channel(text::Lines& lines, const Header& header, std::size_t channel,
+                  std::vector<float>& values) {
     const std::string name =
         header.channels.size() == 1 ? "Monochrome" : "Tristimulus" + header.channels[channel];
     if (lines.line() != name)
         lines.fail(fmt::format("{}; expected {}", text::quoted(lines.line()), name));
     if (!lines.next() || lines.line() != "DataBegin")
         lines.fail("expected DataBegin");
-    std::vector<float> values;
     std::vector<std::string_view> words;
     const auto next = [&](const char* what) {
         if (!lines.next())
@@ -148,7 +148,6 @@ std::vector<float> read_channel(text::Lines& lines, const Header& header, std::s
     next("DataEnd");
     if (lines.line() != "DataEnd")
         lines.fail("more data than the header says; expected DataEnd");
-    return values;
 }
 
 /// The direction at radial and azimuth angle from the specular one of a light at polar angle
@@ -214,47 +213,45 @@ bool recognise(std::string_view bytes) {
 Samples read(const MappedFile& file, std::optional<bool> isotropic) {
     text::Lines lines(file);
     const Header header = read_header(lines);
-    std::vector<std::vector<float>> values;
+    Samples samples;
+    samples.format = fmt::format("Zemax BSDF text, {}",
+                                 header.plane_symmetric ? "plane-symmetric" : "asymmetric");
+    samples.channels = header.channels;
+    samples.isotropic = isotropic.value_or(header.rotations.size() == 1);
     for (std::size_t c = 0; c < header.channels.size(); ++c) {
         if (c > 0 && !lines.next())
             lines.fail_file(
                 fmt::format("the file ends after {} of {} channels", c, header.channels.size()));
-        values.push_back(read_channel(lines, header, c));
+        read_channel(lines, header, c, samples.values);
     }
+    const std::size_t count = samples.values.size() / header.channels.size();
+    Directions directions = Directions::unfilled(count);
+    std::size_t next = 0;
+    each_pair(header, [&](const Vector& wi, const Vector& wo) { directions.set(next++, wi, wo); });
+    samples.valid.resize(count);
+    const std::size_t columns = header.radials.size();
+    for (std::size_t begin = 0; begin < count; begin += columns) {
+        // Zeros at a row's end are directions that were not measured.
+        bool measured = false;
+        for (std::size_t k = begin + columns; k-- > begin;) {
+            for (std::size_t c = 0; c < header.channels.size(); ++c)
+                measured = measured || samples.values[c * count + k] != 0;
+            samples.valid[k] = measured && directions.above_horizon(k) ? 1 : 0;
+        }
+    }
+    samples.directions = std::make_shared<const Directions>(std::move(directions));
     const auto of_rotation = azimuth_measures(header.rotations),
                of_azimuth = azimuth_measures(header.azimuths),
                of_incidence = polar_measures(header.incidences, pi / 2),
                of_radial = polar_measures(header.radials, header.radials.back());
-    Rows rows(header.channels);
-    std::size_t begin = 0; // of a row of radial angles
-    for (std::size_t r = 0; r < header.rotations.size(); ++r)
-        for (std::size_t i = 0; i < header.incidences.size(); ++i)
-            for (std::size_t a = 0; a < header.azimuths.size(); ++a) {
-                const double rotation = header.rotations[r], incidence = header.incidences[i];
-                // Zeros at a row's end are directions that were not measured.
-                const auto zero = [&](std::size_t at) {
-                    return std::all_of(values.begin(), values.end(),
-                                       [&](const auto& v) { return v[begin + at] == 0; });
-                };
-                std::size_t measured = header.radials.size();
-                while (measured > 0 && zero(measured - 1))
-                    --measured;
-                for (std::size_t k = 0; k < header.radials.size(); ++k) {
-                    rows.add(direction(incidence, rotation),
-                             turned(scattered_direction(incidence, header.azimuths[a],
-                                                        header.radials[k]),
-                                    rotation),
-                             k < measured);
-                    for (const auto& channel : values)
-                        rows.add_value(channel[begin + k]);
-                    rows.add_weight(static_cast<float>(of_rotation[r] * of_incidence[i] *
-                                                       of_azimuth[a] * of_radial[k]));
-                }
-                begin += header.radials.size();
-            }
-    return rows.samples(fmt::format("Zemax BSDF text, {}",
-                                    header.plane_symmetric ? "plane-symmetric" : "asymmetric"),
-                        isotropic.value_or(header.rotations.size() == 1));
+    samples.weights.reserve(count);
+    for (const double rotation : of_rotation)
+        for (const double incidence : of_incidence)
+            for (const double azimuth : of_azimuth)
+                for (const double radial : of_radial)
+                    samples.weights.push_back(
+                        static_cast<float>(rotation * incidence * azimuth * radial));
+    return samples;
 }
 
 Grid written_grid(bool isotropic) {

@@ -47,5 +47,5 @@ tests/fuzz/fuzz_seeds seeds
 xargs -n 2 -P "$(nproc)" sh -c 'exec sh "$0" one "$1" $(('"$runs"' * $2 / 10000 + 1))' "$script" <<END
 merl 2 table_description 198 table_file 400 exr 400 distribution 400 material 600
 measured 800 rgl 800 scattered 800 astm 800 zemax 800 fred 800 alta 800 cornell 800 npy 800 npz 800 directions 800
-tabulated 600 table_spec 800 png 600 tuning 600 bench_record 600
+tabulated 600 table_spec 800 png 600 tuning 500 bench_record 500 plan 500 shard_log 500
 END

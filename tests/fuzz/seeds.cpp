@@ -1,6 +1,9 @@
 // fuzz_seeds FOLDER writes what fuzzers begin with: small whole files to FOLDER/NAME/ for the
 // fuzzer fuzz_NAME, and the words in them to FOLDER/NAME.dict.
 
+#include "fit/runs/log.hpp"
+#include "fit/runs/plan.hpp"
+#include "fit/structures.hpp"
 #include "host/device/kernels.hpp"
 #include "host/files/json.hpp"
 #include "host/files/npy.hpp"
@@ -213,6 +216,37 @@ void add_specifications(Seeds& seeds) {
               Json{{"machine", "m"}, {"version", "1"}, {"results", {row, row}}}.dump());
 }
 
+void add_runs(Seeds& seeds) {
+    Plan plan;
+    plan.settings.models = {"kurt", "ward+ggx"};
+    plan.settings.lobes = {1, 2};
+    plan.settings.isotropic = true;
+    plan.settings.orient = true;
+    plan.settings.options.ranges = {parse_fix("f0=0.04"), parse_bound("2.alpha=0:1")};
+    plan.settings.options.start = parse_material(test::material_example, "start");
+    plan.metrics = {Metric::Ngan, Metric::Log};
+    plan.folder = "/";
+    plan.files = {{"a.binary", std::string(64, 'a'), 12}, {"b.csv", std::string(64, 'b'), 34}};
+    for (std::size_t file = 0; file < plan.files.size(); ++file)
+        for (const Metric metric : plan.metrics)
+            plan.tasks.push_back({std::string(64, 'c'), file,
+                                  structure_named("ward+ggx", 1, "lambert", true), metric,
+                                  fmt::format("{}.json", file)});
+    write_plan(plan, fuzz::folder());
+    const std::string path = fuzz::folder() + "/plan.json";
+    seeds.add("plan", read_bytes(path));
+    std::filesystem::remove(path);
+    std::string lines;
+    for (const auto& [digit, state] : {std::pair('1', "done"), {'2', "failed"}, {'3', "done"}}) {
+        lines += fmt::format(R"({{"id":"{}","state":"{}","finished":1.7e9,"reason":"x"}})",
+                             std::string(64, digit), state);
+        lines.back() = '\n'; // the fuzzer adds the checksum and the end
+    }
+    seeds.add("shard_log", lines);
+    seeds.add("shard_log", lines.substr(0, lines.size() - 20));
+    seeds.add("shard_log", sealed(parse_json(lines.substr(0, lines.find('\n')) + "}", "row", "")));
+}
+
 /// As other programs write OpenEXR.
 void write_as(const std::string& path, Imf::Compression compression, bool tiles) {
     constexpr int width = 6, height = 5;
@@ -285,6 +319,7 @@ int main(int count, char** arguments) {
     add_measured(seeds);
     add_materials(seeds);
     add_specifications(seeds);
+    add_runs(seeds);
     add_images(seeds);
     seeds.write(arguments[1]);
     std::filesystem::remove_all(fuzz::folder());
