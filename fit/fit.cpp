@@ -322,9 +322,13 @@ bool FileFitter::alike(const Space& space, const std::vector<double>& a,
     return distance < 0.02;
 }
 
-std::vector<double> FileFitter::start_theta(const Structure& structure, const Space& space) const {
-    const Material& start = *options_.start;
-    check_start(start, structure);
+const Material* FileFitter::start_of(const Structure& structure) const {
+    const bool whole = options_.start && options_.start->lobes.size() == structure.lobes.size();
+    return whole ? &*options_.start : nullptr;
+}
+
+std::vector<double> FileFitter::theta_of(const Material& start, const Structure& structure,
+                                         const Space& space) const {
     std::vector<double> theta;
     for (std::size_t l = 0; l < start.lobes.size(); ++l) {
         const Lobe& lobe = start.lobes[l];
@@ -381,10 +385,11 @@ void FileFitter::build_programs(const Structure& structure) {
 
 std::vector<Solution> FileFitter::finalists(const Structure& structure, const Space& space) {
     std::vector<Solution> finalists;
-    if (options_.start)
-        finalists.push_back({start_theta(structure, space), {}, 0});
-    if (options_.start && has_pull(structure, finalists.front()))
-        return finalists;
+    if (const Material* const start = start_of(structure)) {
+        finalists.push_back({theta_of(*start, structure, space), {}, 0});
+        if (has_pull(structure, finalists.front()))
+            return finalists;
+    }
     const std::vector<StartingPoint> starts = searched_starts(structure, space);
     const std::vector<Solution> solutions = polished_thinned(structure, space, starts);
     const std::vector<Solution> best = distinct(space, solutions, finalist_count(structure));
@@ -411,11 +416,11 @@ Solution FileFitter::best_of(Polish& polish, const std::vector<Solution>& starts
 }
 
 Solution FileFitter::best_polished(const Structure& structure, const Space& space,
-                                   const std::vector<Solution>& finalists) {
+                                   const std::vector<Solution>& finalists, bool searched) {
     Polish polish = full_polish(structure, space);
     Solution best = best_of(polish, finalists);
     // Never worse than what it extends, which the search has fitted.
-    if (!options_.start)
+    if (searched)
         for (const Smaller& part : smaller_than(structure)) {
             const Solution& known = fitted(part.structure).solution;
             if (known.squared_error >= best.squared_error * (1 - equal_share))
@@ -448,10 +453,10 @@ FileFitter::Fitted FileFitter::fit_freely(const Structure& structure) {
     build_programs(structure);
     lap();
     const std::vector<Solution> starts = finalists(structure, fit.space);
-    const bool searched = !options_.start || starts.size() > 1;
+    const bool searched = start_of(structure) == nullptr || starts.size() > 1;
     fit.thinned_evaluations = searched ? thinned_objective(structure).evaluations() : 0;
     fit.search_seconds = lap();
-    fit.solution = best_polished(structure, fit.space, starts);
+    fit.solution = best_polished(structure, fit.space, starts, searched);
     fit.polish_seconds = lap();
     const Objective& objective = full_objective(structure);
     fit.evaluations = objective.evaluations();
@@ -474,6 +479,8 @@ Objective& FileFitter::full_objective(const Structure& structure) {
 FitResult FileFitter::fit(const Structure& structure, const ProgressFunction& progress) {
     const auto started = std::chrono::steady_clock::now();
     const double building = programs_.build_seconds();
+    if (options_.start)
+        check_start(*options_.start, structure);
     Conserving* const conserved = options_.conserve ? &conserving(structure) : nullptr;
     const Fitted& fit = conserved != nullptr ? conserved->fitted : fitted(structure);
     Objective& objective = full_objective(structure);

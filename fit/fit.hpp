@@ -138,6 +138,8 @@ class FileFitter {
     // Builds programs; finds starting points worth a polish on all samples (search, then polish
     // on the thinned samples); polishes them on all samples, and keeps the best.
     const Fitted& fitted(const Structure& structure);
+    // The material to start from; null for the parts of its structure, which a search fits.
+    const Material* start_of(const Structure& structure) const;
     Fitted fit_freely(const Structure& structure);
     Conserving& conserving(const Structure& structure);
     void make_conserving(const Structure& structure, Conserving& found);
@@ -149,7 +151,7 @@ class FileFitter {
     void build_programs(const Structure& structure);
     std::vector<Solution> finalists(const Structure& structure, const Space& space);
     Solution best_polished(const Structure& structure, const Space& space,
-                           const std::vector<Solution>& finalists);
+                           const std::vector<Solution>& finalists, bool searched);
     // On all samples; kept until another structure's is asked for.
     Objective& full_objective(const Structure& structure);
     Objective& thinned_objective(const Structure& structure);
@@ -178,7 +180,8 @@ class FileFitter {
                            Solution& solution, FitResult& result, const ProgressFunction& progress);
     // Whether every lobe has some strength at a starting point: without it has no slope either.
     bool has_pull(const Structure& structure, const Solution& start);
-    std::vector<double> start_theta(const Structure& structure, const Space& space) const;
+    std::vector<double> theta_of(const Material& start, const Structure& structure,
+                                 const Space& space) const;
 
     const Device device_; // with a queue of its own
     ProgramCache& programs_;

@@ -104,10 +104,12 @@ void upload_weights(const Device& device, const Samples& samples, Metric metric,
 void upload_used(const Device& device, const Samples& samples, Metric metric,
                  DeviceSamples& packed) {
     const std::vector<std::uint32_t>& used = packed.used;
-    const std::size_t block = static_cast<std::size_t>(device.form.block);
+    const auto width = static_cast<std::size_t>(device.form.vector_width);
+    const auto local = static_cast<std::size_t>(device.form.local_size);
+    const auto block = static_cast<std::size_t>(device.form.block);
     packed.count = used.size();
     packed.groups = (packed.count + block - 1) / block;
-    packed.stride = packed.groups * block;
+    packed.stride = padded(packed.count, width * local);
     packed.channels = static_cast<int>(samples.channels.size());
     packed.chunk = std::min(packed.channels, largest_chunk);
     packed.chunks = (packed.channels + packed.chunk - 1) / packed.chunk;
@@ -122,8 +124,7 @@ void upload_used(const Device& device, const Samples& samples, Metric metric,
     upload_weights(device, samples, metric, packed);
 
     // Vectors in the order of VALUE_AT of kernels/passes/prepare.cl.
-    const bool together = device.form.local_size == 1;
-    const auto width = static_cast<std::size_t>(device.form.vector_width);
+    const bool together = local == 1;
     const auto chunk = static_cast<std::size_t>(packed.chunk);
     const std::size_t vectors = packed.stride / width; // a channel
     const std::size_t channels = chunk * static_cast<std::size_t>(packed.chunks);

@@ -14,8 +14,8 @@ namespace brdfit {
 /// the device. What depends on the models is added by Objective.
 struct DeviceSamples {
     std::size_t count = 0;  ///< samples used
-    std::size_t stride = 0; ///< padded to whole blocks
-    std::size_t groups = 0; ///< blocks
+    std::size_t stride = 0; ///< padded to a vector for each work-item of a group
+    std::size_t groups = 0; ///< blocks; the last may be shorter
     int channels = 0;
     int chunk = 0;  ///< channels a sums pass handles at once
     int chunks = 0; ///< passes; values are padded to chunk * chunks channels

@@ -256,6 +256,28 @@ TEST(FitOptions, start_of_another_structure_or_out_of_bounds_is_refused) {
     EXPECT_THROW(fit(samples, "ward", 1, options), UsageError);
 }
 
+TEST(FitOptions, start_with_a_lobe_of_no_strength_is_searched_too) {
+    const Structure both = structure_named("ward+blinn-phong", 1, "", true);
+    Samples samples = measured(typical_material(structure_named("ward", 1, "", true)), 400);
+    // Nothing is reflected where the second lobe is.
+    for (std::size_t k = 0; k < samples.count(); ++k) {
+        const Vector wi = samples.directions->wi(k), wo = samples.directions->wo(k);
+        const Vector sum{wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]};
+        if (sum[2] > 0.95 * std::hypot(sum[0], sum[1], sum[2]))
+            for (std::size_t c = 0; c < samples.channels.size(); ++c)
+                samples.channel(c)[k] = 0;
+    }
+    FitOptions options;
+    options.start = typical_material(both);
+    options.start->lobes[1].theta = {200};
+    const FitResult result = fit(samples, both, options);
+    EXPECT_GT(result.thinned_evaluations, 0U);
+    for (const char* part : {"ward", "blinn-phong"})
+        EXPECT_LE(error_of(result, Metric::Ngan),
+                  error_of(fit(samples, part), Metric::Ngan) * (1 + 1e-6))
+            << part;
+}
+
 TEST(FitOptions, same_start_gives_the_same_result_to_the_bit) {
     const Samples samples = odd_measurement();
     const FitResult a = fit(samples, "kurt", 2), b = fit(samples, "kurt", 2);
@@ -422,7 +444,9 @@ TEST(StandardErrors, are_missing_where_the_data_does_not_tell) {
         directions->set(k, direction(std::abs(0.5 + tilt), 0), direction(std::abs(0.5 - tilt), pi));
     }
     Samples samples = synthesise(device(), truth, directions, 0.01, 1);
-    const FitResult result = fit(samples, structure);
+    FitOptions options;
+    options.start = truth; // every f0 is as good: a search may end at a bound, which tells ks
+    const FitResult result = fit(samples, structure, options);
     for (const FittedParameter& p : result.parameters)
         EXPECT_EQ(std::isnan(p.standard_error),
                   p.name == "lobes[0].f0" || p.name.find("ks") != std::string::npos)

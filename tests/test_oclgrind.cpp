@@ -108,10 +108,28 @@ TEST_P(Oclgrind, finds_nothing_in_sampling) {
     run("eval anisotropic.json directions.csv -o v.csv");
 }
 
+// Pictures of a material and of measurements. Their work-items do not meet: one form tells.
+class OclgrindOfPictures : public Oclgrind {};
+
+TEST_P(OclgrindOfPictures, finds_nothing) {
+    write_file(folder_ / "ward.json", R"({"brdfit": 1, "channels": ["a"],
+        "diffuse": {"model": "lambert", "kd": [0.2]},
+        "lobes": [{"model": "ward", "ks": [0.1], "mx": 0.15, "my": 0.3}]})");
+    write_file(folder_ / "lambert.json", R"({"brdfit": 1, "channels": ["a"], "lobes": [],
+        "diffuse": {"model": "lambert", "kd": [0.2]}})");
+    run("render ward.json -o ward.exr --size 3x2 --samples 2 --shape ground --bounces 1 "
+        "--light rectangle:2,-2,4,1,1,5 --light point:3,-4,5,60");
+    run("synth ward.json scattered.csv --directions 50");
+    run("render scattered.csv --proposal lambert.json -o scattered.exr --size 3x2 --samples 2 "
+        "--shape cylinder");
+}
+
 INSTANTIATE_TEST_SUITE_P(Forms, Oclgrind, testing::Values("16,1,256", "1,16,64"),
                          [](const auto& info) {
                              return std::string(info.param).substr(0, 2) == "16" ? "cpu" : "gpu";
                          });
+
+INSTANTIATE_TEST_SUITE_P(Forms, OclgrindOfPictures, testing::Values("16,1,256"));
 
 } // namespace
 } // namespace brdfit::test

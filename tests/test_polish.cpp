@@ -250,9 +250,14 @@ TEST(Descent, of_many_channels_meets_nlopt) {
     Errors errors(samples, structure_named("ggx", 1, "", true), {});
     Polish polish(errors.objective, errors.space, Metric::Ngan, {});
     const Solution start{errors.space.random(3, 1), {}, 0};
+    // From the residuals themselves: sums about another solution are only good to 1e-6.
+    const auto error_at = [&](const Solution& solution) {
+        return errors.objective.metric_errors(solution.theta,
+                                              solution.a)[static_cast<std::size_t>(Metric::Ngan)];
+    };
     const double expected =
-        Polish(errors.objective, errors.space, Metric::Ngan, {}).minimised(start).squared_error;
-    EXPECT_LE(polish.descended(start).squared_error, expected * (1 + 1e-6));
+        error_at(Polish(errors.objective, errors.space, Metric::Ngan, {}).minimised(start));
+    EXPECT_LE(error_at(polish.descended(start)), expected * (1 + 1e-6));
 }
 
 TEST(Descent, starts_with_lobes_alike_and_black_data_are_survived) {

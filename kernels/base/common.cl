@@ -2,7 +2,8 @@
 //   V    samples a work-item handles at once (16 on a CPU, 1 on a GPU)
 //   LS   work-items a group (1 on a CPU)
 //   RUN  vectors a work-item handles one after the other where there is nothing to sum (1 on a GPU)
-// Samples lie in planes of `real`, padded to whole blocks; the padding has weight 0.
+//   BLOCK  vectors a group sums, some for each of its items
+// Samples lie in planes of `real`, padded to a vector for each item of a group; the padding has weight 0.
 
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
@@ -26,6 +27,12 @@ typedef JOIN(int, V) mask;
 // For kernels whose work-items do not need each other: i is every vector below `count` of the item's run.
 #define FOR_EACH_OF_RUN(i, count)                                                                  \
     for (uint i = get_global_id(0) * RUN, end_ = min(i + RUN, (uint)(count)); i < end_; ++i)
+
+// For kernels that sum over groups: i is every vector of the item's in a block, below `count`.
+#define FOR_EACH_OF_BLOCK(i, block, count)                                                         \
+    for (uint begin_ = (uint)(block) * BLOCK, i = begin_ + get_local_id(0),                        \
+              end_ = min(begin_ + BLOCK, (uint)(count));                                           \
+         i < end_; i += LS)
 
 // Whether any lane of a comparison holds.
 #if V == 1

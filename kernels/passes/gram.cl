@@ -8,15 +8,14 @@ gram(__global const real* rows, uint stride, __global float* out)
     __local float scratch[LS];
     const uint tj = get_group_id(0);
     const uint ti = get_group_id(1);
-    const uint begin = get_group_id(2) * BLOCK;
     __global const real* row = rows + (ulong)ti * GRAM_TILE * stride;
     __global const real* column = rows + (ulong)tj * GRAM_TILE * stride;
-    const uint end = tj <= ti ? begin + BLOCK : begin;
     real sum[GRAM_TILE * GRAM_TILE];
 #pragma unroll
     for (int k = 0; k < GRAM_TILE * GRAM_TILE; ++k)
         sum[k] = 0.0f;
-    for (uint i = begin + get_local_id(0); i < end; i += LS) {
+    FOR_EACH_OF_BLOCK(i, get_group_id(2), tj <= ti ? stride : 0)
+    {
         real x[GRAM_TILE], y[GRAM_TILE];
 #pragma unroll
         for (int k = 0; k < GRAM_TILE; ++k) {

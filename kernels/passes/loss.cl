@@ -29,11 +29,11 @@ LOSS(__global const real* planes, __global const real* compressed, __global cons
 {
     __local float scratch[LS];
     const uint chunk = get_group_id(1);
-    const uint begin = get_group_id(0) * BLOCK;
     real sum[SUMS];
     for (int k = 0; k < SUMS; ++k)
         sum[k] = 0.0f;
-    for (uint i = begin + get_local_id(0); i < begin + BLOCK; i += LS) {
+    FOR_EACH_OF_BLOCK(i, get_group_id(0), stride)
+    {
         real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], pull[BASIS];
         read_planes(planes, stride, i, plane);
         material_basis(plane, theta, b, d);

@@ -7,11 +7,11 @@ metric_sums(__global const real* planes, __global const real* values,
             __global float* out)
 {
     __local float scratch[LS];
-    const uint begin = get_group_id(0) * BLOCK;
     real sum[METRIC_SUMS];
     for (int k = 0; k < METRIC_SUMS; ++k)
         sum[k] = 0.0f;
-    for (uint i = begin + get_local_id(0); i < begin + BLOCK; i += LS) {
+    FOR_EACH_OF_BLOCK(i, get_group_id(0), stride)
+    {
         real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], unused;
         read_planes(planes, stride, i, plane);
         material_basis(plane, theta, b, d);

@@ -4,7 +4,6 @@
 //     CHANNELS     channels of the file
 //     CHUNK        channels a sums pass handles at once; values are padded to whole chunks
 //     ENTRY_BASIS  {...}: the basis function that each derivative entry belongs to
-//     BLOCK        samples a group handles, in units of V
 // Samples: planes of the models, values y, weights W = w iz^2; `stride` reals a plane.
 // A group writes its sums in float32 (a block is small enough for 1e-6); the host adds the groups in
 // order in float64, so that results repeat bit for bit.

@@ -43,13 +43,13 @@ shape_sums(__global const real* planes, __global const real* values, __global co
 {
     __local float scratch[LS];
     const uint first = get_group_id(0) * CANDIDATES;
-    const uint begin = get_group_id(1) * BLOCK;
     const uint chunk = get_group_id(2);
     real sum[CANDIDATES * SUMS];
 #pragma unroll
     for (int k = 0; k < CANDIDATES * SUMS; ++k)
         sum[k] = 0.0f;
-    for (uint i = begin + get_local_id(0); i < begin + BLOCK; i += LS) {
+    FOR_EACH_OF_BLOCK(i, get_group_id(1), stride)
+    {
         real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], wy[CHUNK];
         read_planes(planes, stride, i, plane);
         const real w = weights[i];

@@ -26,12 +26,12 @@ NAME(__global const real* planes, __global const real* values, __global const re
     __local float scratch[LS];
     const uint chunk = get_group_id(1);
     __global const float* a = coefficients + chunk * CHUNK * BASIS;
-    const uint begin = get_group_id(0) * BLOCK;
     real sum[SUMS];
 #pragma unroll
     for (int k = 0; k < SUMS; ++k)
         sum[k] = 0.0f;
-    for (uint i = begin + get_local_id(0); i < begin + BLOCK; i += LS) {
+    FOR_EACH_OF_BLOCK(i, get_group_id(0), stride)
+    {
         real plane[PLANES + 1], b[BASIS], d[ENTRIES + 1], r[CHUNK];
         read_planes(planes, stride, i, plane);
         const real w = weights[i];
