@@ -424,14 +424,31 @@ TEST_F(Cli, eval_gives_the_reference_s_values_as_csv_and_npy) {
                       .status,
                   0);
         const std::string bytes = read_file(folder / "values.npy");
-        EXPECT_NE(bytes.find("(51, 9)"), std::string::npos);
+        EXPECT_NE(bytes.find("(51, 10)"), std::string::npos);
         EXPECT_NE(bytes.find("'<f4'"), std::string::npos);
-        float last[9];
+        float last[10];
         ASSERT_GT(bytes.size(), 51 * sizeof last);
         std::memcpy(last, bytes.data() + bytes.size() - 2 * sizeof last, sizeof last);
         const double expected = reference_evaluate(truth, 2, directions.wi(49), directions.wo(49));
         EXPECT_NEAR(last[8], expected, 1e-4 * expected);
+        EXPECT_EQ(last[9], 1);
     }
+}
+
+TEST_F(Cli, eval_s_npy_reads_back_as_samples) {
+    write_file(folder / "some.csv", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0,0.6,0.8\n");
+    ASSERT_EQ(
+        run_program({"eval", folder / "paint.json", folder / "some.csv", "-o", folder / "some.npy"})
+            .status,
+        0);
+    const Samples samples = read_samples(folder / "some.npy");
+    const Material truth = read_material(folder / "paint.json");
+    ASSERT_EQ(samples.channels.size(), 3U);
+    for (std::size_t ch = 0; ch < 3; ++ch) {
+        const double expected = reference_evaluate(truth, ch, {0, 0, 1}, {0, 0.6, 0.8});
+        EXPECT_NEAR(samples.channel(ch)[0], expected, 1e-4 * expected);
+    }
+    EXPECT_EQ(samples.weights, std::vector<float>{1});
 }
 
 TEST_F(Cli, eval_refuses_broken_input_and_writes_nothing) {

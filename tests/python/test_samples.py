@@ -67,7 +67,7 @@ def test_saved_and_read_again(ending, measured, measured_file, tmp_path):
 
 def test_eval_of_a_file_is_the_programs_to_the_bit(measured, measured_file, pairs, pairs_file, tmp_path):
     command("eval", measured_file, pairs_file, "-o", tmp_path / "f.npy")
-    np.testing.assert_array_equal(measured.eval(*pairs), columns(tmp_path / "f.npy")[:, 6:])
+    np.testing.assert_array_equal(measured.eval(*pairs), columns(tmp_path / "f.npy")[:, 6:-1])
 
 
 def test_eval_of_arrays_is_that_of_a_file_of_them(measured, pairs):
@@ -83,7 +83,7 @@ def test_eval_of_merl_is_the_programs(plastic, pairs, pairs_file, tmp_path):
     samples = brdfit.read(tmp_path / "m.binary")
     assert len(samples) == 90 * 90 * 180 and samples.channels == ("R", "G", "B") and samples.isotropic
     command("eval", tmp_path / "m.binary", pairs_file, "-o", tmp_path / "f.npy")
-    np.testing.assert_array_equal(samples.eval(*pairs), columns(tmp_path / "f.npy")[:, 6:])
+    np.testing.assert_array_equal(samples.eval(*pairs), columns(tmp_path / "f.npy")[:, 6:-1])
     (tmp_path / "m.binary").write_bytes(b"other")
     assert samples.eval(*pairs).shape == (3000, 3)  # what was evaluated once is there
 
