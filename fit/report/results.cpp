@@ -61,7 +61,8 @@ Results results_of_run(const std::string& folder, const std::string& metric,
     results.settings = {{"run", fs::absolute(folder).lexically_normal().filename().string()},
                         {"fits", fmt::format("{} done, {} failed, {} left", report.done,
                                              report.failed, report.left)}};
-    for (const auto& [key, value] : settings_json(plan).items())
+    const Json settings = settings_json(plan);
+    for (const auto& [key, value] : settings.items())
         if (!value.is_null() && !(value.is_array() && value.empty()) && value != "")
             results.settings.emplace_back(key, text_of(value));
     for (const auto& [maker, fits] : report.made_by)
