@@ -2,6 +2,8 @@
 
 #include "host/device/kernels.hpp"
 #include "host/device/tuning.hpp"
+#include "host/evaluate/sample.hpp"
+#include "host/files/json.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>
@@ -77,6 +79,29 @@ std::string with_prefix(double value) {
     return fmt::format("{:.3g}", value);
 }
 
+// The value of a parameter, "lobes[0].m", "kd[R]", in a material file.
+double value_of(const std::string& name, const Json& json, const Material& material) {
+    std::string rest = name;
+    const Json* of = &json.at("diffuse");
+    if (rest.rfind("lobes[", 0) == 0) {
+        const std::size_t end = rest.find("].");
+        of = &json.at("lobes").at(std::stoul(rest.substr(6, end - 6)));
+        rest.erase(0, end + 2);
+    }
+    const std::size_t bracket = rest.find('[');
+    if (bracket == std::string::npos)
+        return of->at(rest).get<double>();
+    const std::string channel = rest.substr(bracket + 1, rest.size() - bracket - 2);
+    const auto place = std::find(material.channels.begin(), material.channels.end(), channel);
+    return of->at(rest.substr(0, bracket))
+        .at(static_cast<std::size_t>(place - material.channels.begin()))
+        .get<double>();
+}
+
+double number_or_nan(const Json& value) {
+    return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+}
+
 } // namespace
 
 nlohmann::ordered_json errors_json(const MetricErrors& errors) {
@@ -144,6 +169,31 @@ nlohmann::ordered_json fit_record(const FitResult& result, const Samples& sample
     record["algorithm_version"] = algorithm_version;
     record["version"] = version;
     return record;
+}
+
+FitResult recorded_fit(Material material) {
+    const Json& fit = material.fit;
+    const Json json = to_json(material);
+    FitResult r;
+    r.model = drawn_structure(material).name();
+    for (int i = 0; i < metric_count; ++i)
+        r.errors[static_cast<std::size_t>(i)] =
+            fit.at("error").at(name_of(static_cast<Metric>(i))).get<double>();
+    const auto at_bound = fit.at("at_bound").get<std::vector<std::string>>();
+    for (const auto& [name, error] : fit.at("standard_error").items())
+        r.parameters.push_back(
+            {name, value_of(name, json, material), number_or_nan(error),
+             std::find(at_bound.begin(), at_bound.end(), name) != at_bound.end()});
+    r.samples = fit.at("samples").get<std::size_t>();
+    r.evaluations = fit.at("evaluations").get<std::size_t>();
+    r.seconds = fit.at("seconds").get<double>();
+    r.random_starts = fit.at("starts").get<int>();
+    r.random_starts_better = fit.value("random_starts_better", 0);
+    if (const Json& albedo = fit.at("largest_albedo"); !albedo.is_null())
+        r.largest_albedo = {albedo.at("R").get<double>(), albedo.at("theta").get<double>(),
+                            albedo.at("channel").get<std::string>()};
+    r.material = std::move(material);
+    return r;
 }
 
 std::vector<std::string> remarks_on(const FitResult& result) {

@@ -43,6 +43,10 @@ nlohmann::ordered_json errors_json(const MetricErrors& errors);
 nlohmann::ordered_json fit_record(const FitResult& result, const Samples& samples,
                                   const FitOptions& options, const Device& device);
 
+/// The fit that a material's record tells of, but its times apart and thinned evaluations; `model`
+/// is the structure's name. Throws Json::exception or std::logic_error where it has no such record.
+FitResult recorded_fit(Material material);
+
 /// The rows of one file as a table, sorted by the error the fits minimised.
 std::string fit_table(std::vector<const FitRow*> rows, Metric metric);
 

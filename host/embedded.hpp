@@ -10,5 +10,6 @@ struct EmbeddedFile {
 
 extern const EmbeddedFile embedded_kernels[]; ///< kernels/
 extern const EmbeddedFile embedded_demo[];    ///< fit/cli/demo/: materials of the demo
+extern const EmbeddedFile embedded_report[];  ///< fit/report/: parts of the page
 
 } // namespace brdfit

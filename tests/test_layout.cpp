@@ -37,6 +37,7 @@ const std::vector<std::vector<std::string>> order = {
     {"host/cli"},
     {"fit"},
     {"fit/runs"},
+    {"fit/report"},
     {"fit/python"},
     {"fit/cli"},
     {"bench/native"},

@@ -191,18 +191,14 @@ void write_picture(const Options& options, const std::vector<Panel>& panels, std
 /// The difference of two pictures as a third panel, and what is said of it.
 std::string compare(const Options& options, std::vector<Panel>& panels) {
     const Image &a = panels[0].image, &b = panels[1].image;
-    Panel difference{fmt::format("difference x {:g}", options.scale), a};
-    for (std::size_t ch = 0; ch < 3; ++ch)
-        for (std::size_t i = 0; i < a.planes[ch].size(); ++i)
-            difference.image.planes[ch][i] = static_cast<float>(
-                options.scale * std::abs(double{a.planes[ch][i]} - b.planes[ch][i]));
     const Image shown_a = toned(a, options.exposure, options.tone),
                 shown_b = toned(b, options.exposure, options.tone);
     const Psnr ratio = psnr(shown_a, shown_b);
     const std::vector<float> seen = flip(shown_a, shown_b);
     const double mean =
         std::accumulate(seen.begin(), seen.end(), 0.0) / static_cast<double>(seen.size());
-    panels.push_back(std::move(difference));
+    panels.push_back(
+        {fmt::format("difference x {:g}", options.scale), difference(a, b, options.scale)});
     return fmt::format(
         "PSNR {:.2f} dB (R {:.2f}, G {:.2f}, B {:.2f}), FLIP {:.4f} in the mean, {:.4f} "
         "at most",

@@ -100,55 +100,14 @@ std::vector<Chosen> chosen_rows(const Plan& plan, const RunLogs& logs, MergeRepo
     return chosen;
 }
 
-// The value of a parameter, "lobes[0].m", "kd[R]", in a material file.
-double value_of(const std::string& name, const Json& json, const Material& material) {
-    std::string rest = name;
-    const Json* of = &json.at("diffuse");
-    if (rest.rfind("lobes[", 0) == 0) {
-        const std::size_t end = rest.find("].");
-        of = &json.at("lobes").at(std::stoul(rest.substr(6, end - 6)));
-        rest.erase(0, end + 2);
-    }
-    const std::size_t bracket = rest.find('[');
-    if (bracket == std::string::npos)
-        return of->at(rest).get<double>();
-    const std::string channel = rest.substr(bracket + 1, rest.size() - bracket - 2);
-    const auto place = std::find(material.channels.begin(), material.channels.end(), channel);
-    return of->at(rest.substr(0, bracket))
-        .at(static_cast<std::size_t>(place - material.channels.begin()))
-        .get<double>();
-}
-
-double number_or_nan(const Json& value) {
-    return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
-}
-
 FitResult result_of(const Json& row, const Task& task, Material material) {
-    const Json& fit = material.fit;
     const Json& times = row.at("times");
-    FitResult r;
+    FitResult r = recorded_fit(std::move(material));
     r.model = task.structure.name();
-    for (int i = 0; i < metric_count; ++i)
-        r.errors[static_cast<std::size_t>(i)] =
-            fit.at("error").at(name_of(static_cast<Metric>(i))).get<double>();
-    const auto at_bound = fit.at("at_bound").get<std::vector<std::string>>();
-    for (const auto& [name, error] : fit.at("standard_error").items())
-        r.parameters.push_back(
-            {name, value_of(name, row.at("material"), material), number_or_nan(error),
-             std::find(at_bound.begin(), at_bound.end(), name) != at_bound.end()});
-    r.samples = fit.at("samples").get<std::size_t>();
-    r.evaluations = fit.at("evaluations").get<std::size_t>();
     r.thinned_evaluations = row.at("thinned_evaluations").get<std::size_t>();
     r.build_seconds = times.at("build_seconds").get<double>();
     r.search_seconds = times.at("search_seconds").get<double>();
     r.polish_seconds = times.at("polish_seconds").get<double>();
-    r.seconds = fit.at("seconds").get<double>();
-    r.random_starts = fit.at("starts").get<int>();
-    r.random_starts_better = fit.value("random_starts_better", 0);
-    if (const Json& albedo = fit.at("largest_albedo"); !albedo.is_null())
-        r.largest_albedo = {albedo.at("R").get<double>(), albedo.at("theta").get<double>(),
-                            albedo.at("channel").get<std::string>()};
-    r.material = std::move(material);
     return r;
 }
 
@@ -268,6 +227,32 @@ FitRow fit_row(const Json& row, const Task& task, const PlannedFile& file,
     } catch (const std::logic_error& error) { // stoul
         throw InputError(fmt::format("{}: is not a row of a run: {}", place, error.what()));
     }
+}
+
+MergeReport read_rows(const Plan& plan, const std::string& folder, const RowReaders& readers,
+                      const ProgressFunction& progress) {
+    const RunLogs logs = read_logs(folder);
+    MergeReport report;
+    report.broken = logs.broken();
+    const std::vector<Chosen> chosen = chosen_rows(plan, logs, report);
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+        tell(progress, static_cast<double>(i) / static_cast<double>(chosen.size()));
+        const Chosen& fit = chosen[i];
+        const Json row = logs.read(fit.row);
+        const PlannedFile& file = plan.files[fit.task->file];
+        if (fit.done)
+            readers.done(fit_row(row, *fit.task, file, logs.name(fit.row)), *fit.task);
+        else
+            readers.failed(failed_fit(row, *fit.task, file, logs.name(fit.row)), *fit.task);
+        if (fit.done)
+            try {
+                ++report.made_by[maker_of(row)];
+            } catch (const Json::exception& error) {
+                throw InputError(
+                    fmt::format("{}: is not a row of a run: {}", logs.name(fit.row), error.what()));
+            }
+    }
+    return report;
 }
 
 MergeReport merge_run(const Plan& plan, const std::string& folder, const MergeOutputs& outputs,

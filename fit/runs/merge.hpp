@@ -3,6 +3,7 @@
 #include "fit/report.hpp"
 #include "fit/runs/log.hpp"
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -41,6 +42,16 @@ inline constexpr double same_error = 1e-5;
 /// row a fit, with its material as JSON; state 'done', or 'failed' with the reason) and parameters
 /// (fit, lobe: 0 for kd, parameter: m, ks_R, ..., value, standard_error, at_bound).
 MergeReport merge_run(const Plan& plan, const std::string& folder, const MergeOutputs& outputs,
+                      const ProgressFunction& progress = {});
+
+/// What is done with the fits of a run.
+struct RowReaders {
+    std::function<void(FitRow, const Task&)> done;
+    std::function<void(FailedFit, const Task&)> failed;
+};
+/// Reads the results of a run, finished or not, in the order of its plan, each task's once. Throws
+/// like merge_run.
+MergeReport read_rows(const Plan& plan, const std::string& folder, const RowReaders& readers,
                       const ProgressFunction& progress = {});
 
 /// The fit that a logged row is of, its material with its record included. Throws InputError naming

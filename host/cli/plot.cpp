@@ -5,6 +5,7 @@
 #include "host/cli/within.hpp"
 #include "host/error.hpp"
 #include "host/evaluate/evaluate.hpp"
+#include "host/evaluate/lines.hpp"
 #include "host/evaluate/measured.hpp"
 #include "host/files/file.hpp"
 #include "host/microfacet/table.hpp"
@@ -82,45 +83,6 @@ std::vector<double> values_of(const Brdf& brdf, const std::string& channel, cons
     return values;
 }
 
-/// Directions of light and viewer whose half vector is theta_h from the normal and which are
-/// theta_d from it, to either side: across the plane of normal and half vector, where both stay
-/// above the horizon longest.
-std::pair<Vector, Vector> half_pair(double theta_h, double theta_d) {
-    const double ahead = std::cos(theta_d), aside = std::sin(theta_d);
-    const Vector h = direction(theta_h, 0);
-    return {{ahead * h[0], aside, ahead * h[2]}, {ahead * h[0], -aside, ahead * h[2]}};
-}
-
-/// x of a curve in degrees, and its pairs.
-struct Line {
-    std::vector<double> x;
-    Directions directions;
-};
-
-/// Viewers in the plane of incidence, from -90 to 90 degrees; light from the left.
-Line incidence_line(double theta_i) {
-    constexpr std::size_t count = 180 * steps_a_degree + 1;
-    Line line{{}, Directions(count)};
-    for (std::size_t k = 0; k < count; ++k) {
-        const double theta = static_cast<double>(k) / steps_a_degree - 90;
-        line.x.push_back(theta);
-        line.directions.set(k, direction(theta_i * degree, pi),
-                            direction(std::abs(theta) * degree, theta < 0 ? pi : 0));
-    }
-    return line;
-}
-
-Line half_line(double theta_d) {
-    constexpr std::size_t count = 90 * steps_a_degree + 1;
-    Line line{{}, Directions(count)};
-    for (std::size_t k = 0; k < count; ++k) {
-        line.x.push_back(static_cast<double>(k) / steps_a_degree);
-        const auto [wi, wo] = half_pair(line.x.back() * degree, theta_d * degree);
-        line.directions.set(k, wi, wo);
-    }
-    return line;
-}
-
 void plot_lines(const Options& options, const Globals& globals) {
     const bool polar = options.kind == Kind::Polar;
     std::vector<double> thetas = options.thetas;
@@ -139,7 +101,8 @@ void plot_lines(const Options& options, const Globals& globals) {
         const Brdf brdf(options.inputs[i]);
         mean |= options.channel.empty() && brdf.channels().size() > 1;
         for (const double theta : thetas) {
-            Line line = polar ? incidence_line(theta) : half_line(theta);
+            Line line =
+                polar ? incidence_line(theta, steps_a_degree) : half_line(theta, steps_a_degree);
             Curve curve;
             curve.name = fmt::format("{}, {} {:g}°", names[i], polar ? "θi" : "θd", theta);
             curve.y = values_of(brdf, options.channel, device, line.directions);

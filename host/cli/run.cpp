@@ -27,9 +27,10 @@ namespace brdfit::cli {
 namespace {
 
 constexpr AddCommand commands[] = {
-    add_devices, add_models, add_info,   add_synth,     add_convert,  add_fit,     add_eval,
-    add_pdf,     add_sample, add_albedo, add_table,     add_generate, add_compare, add_render,
-    add_plot,    add_demo,   add_plan,   add_run_shard, add_status,   add_merge,   add_cache,
+    add_devices, add_models, add_info,   add_synth,  add_convert, add_fit,
+    add_eval,    add_pdf,    add_sample, add_albedo, add_table,   add_generate,
+    add_compare, add_render, add_plot,   add_demo,   add_plan,    add_run_shard,
+    add_status,  add_merge,  add_report, add_cache,
 #ifdef BRDFIT_BENCH
     add_bench,   add_tune,
 #endif

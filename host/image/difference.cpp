@@ -20,6 +20,19 @@ void require_rgb_of_one_size(const Image& a, const Image& b) {
                     fmt::format("a picture without channel {}; expected R, G and B", channel));
 }
 
+Image difference(const Image& a, const Image& b, double scale) {
+    require_rgb_of_one_size(a, b);
+    Image made = a;
+    for (std::size_t ch = 0; ch < made.planes.size(); ++ch)
+        if (made.channels[ch] == "R" || made.channels[ch] == "G" || made.channels[ch] == "B") {
+            const std::vector<float>& other = *b.plane(made.channels[ch]);
+            for (std::size_t i = 0; i < other.size(); ++i)
+                made.planes[ch][i] = static_cast<float>(
+                    scale * std::abs(double{a.planes[ch][i]} - double{other[i]}));
+        }
+    return made;
+}
+
 Psnr psnr(const Image& a, const Image& b) {
     require_rgb_of_one_size(a, b);
     const auto decibels = [](double squares) {

@@ -10,6 +10,10 @@ namespace brdfit {
 /// Throws UsageError where pictures are not of one size, or one has no channel R, G or B.
 void require_rgb_of_one_size(const Image& a, const Image& b);
 
+/// `scale` times the absolute difference of R, G, B; what else `a` has is kept. Throws like
+/// require_rgb_of_one_size.
+Image difference(const Image& a, const Image& b, double scale);
+
 /// Peak signal-to-noise ratio in dB, 10 log10(1 / mean squared difference), of R, G, B as a screen
 /// shows them (sRGB values in [0, 1], so that the peak is 1) and of the three together. Infinite
 /// where pictures are equal. Both as linear light in [0, 1]; throws like

@@ -37,7 +37,9 @@ struct Axes {
     double top, bottom; ///< of y; bottom > 0: logarithmic
 
     double x(double value) const {
-        return left + width * (value - options.x_from) / (options.x_to - options.x_from);
+        const double from = options.x_from, to = options.x_to;
+        return left + width * (options.logarithmic_x ? std::log(value / from) / std::log(to / from)
+                                                     : (value - from) / (to - from));
     }
     double y(double value) const {
         const double share =
@@ -66,11 +68,17 @@ void add_grid(Page& page, const Axes& axes) {
     const PlotOptions& options = axes.options;
     const double range = options.x_to - options.x_from;
     const double x_step = range == 90 ? 15 : range == 180 ? 30 : round_step(range);
-    for (int k = 0; k * x_step <= range * (1 + 1e-9); ++k)
+    const auto x_tick = [&](double x) {
         page.add(FMT_STRING("<path class=\"grid\" d=\"M{0:g} {1:g}v{2:g}\"/><text x=\"{0:g}\" "
                             "y=\"{3:g}\" text-anchor=\"middle\">{4:g}</text>\n"),
-                 axes.x(options.x_from + k * x_step), above, height, above + height + 16,
-                 options.x_from + k * x_step);
+                 axes.x(x), above, height, above + height + 16, x);
+    };
+    if (options.logarithmic_x)
+        for (double x = options.x_from; x <= options.x_to * (1 + 1e-9); x *= 10)
+            x_tick(x);
+    else
+        for (int k = 0; k * x_step <= range * (1 + 1e-9); ++k)
+            x_tick(options.x_from + k * x_step);
     const auto tick = [&](double y) {
         page.add(FMT_STRING("<path d=\"M{:g} {:g}h{:g}\" class=\"{}\"/><text x=\"{:g}\" "
                             "y=\"{:g}\" text-anchor=\"end\">{:g}</text>\n"),
@@ -94,8 +102,11 @@ void add_grid(Page& page, const Axes& axes) {
 
 /// The curve's line, and marks where it is cut off.
 void add_curve(Page& page, const Axes& axes, const Curve& curve, std::size_t number) {
-    page.add(FMT_STRING("<path clip-path=\"url(#a)\" fill=\"none\" {} d=\""), stroke_of(number));
-    bool drawing = false;
+    // A picture within the picture, as it is cut off at its edges.
+    page.add(FMT_STRING("<svg x=\"{0:g}\" y=\"{1:g}\" width=\"{2:g}\" height=\"{3:g}\" "
+                        "viewBox=\"{0:g} {1:g} {2:g} {3:g}\"><path fill=\"none\" {4} d=\""),
+             left, above, width, height, stroke_of(number));
+    std::vector<Point> run, all;
     std::vector<double> cut; // x of the highest point of each run above the top
     double highest = 0;
     bool over = false;
@@ -110,13 +121,19 @@ void add_curve(Page& page, const Axes& axes, const Curve& curve, std::size_t num
         }
         over = beyond;
         if (!std::isfinite(y) || (axes.bottom > 0 && y <= 0)) {
-            drawing = false;
+            page.line(run);
+            run.clear();
             continue;
         }
-        page.add(FMT_STRING("{}{:.1f} {:.1f}"), drawing ? "L" : "M", axes.x(curve.x[k]), axes.y(y));
-        drawing = true;
+        run.push_back({axes.x(curve.x[k]), axes.y(y)});
+        all.push_back(run.back());
     }
-    page.add(FMT_STRING("\"/>\n"));
+    page.line(run);
+    page.add(FMT_STRING("\"/></svg>\n"));
+    if (axes.options.dots)
+        for (const Point& at : all)
+            page.add(FMT_STRING("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\"/>\n"),
+                     fill_of(number), at.x, at.y);
     for (const double x : cut)
         page.add(
             FMT_STRING("<g class=\"{}\"><path class=\"cut\" d=\"M{:.1f} {:g}l-4 7h8z\"/></g>\n"),
@@ -153,8 +170,9 @@ std::vector<std::string> distinct_names(const std::vector<std::string>& paths) {
     return names;
 }
 
-void write_plot(const std::vector<Curve>& curves, const PlotOptions& options,
-                const std::string& path) {
+namespace {
+
+Page drawn(const std::vector<Curve>& curves, const PlotOptions& options, bool embedded) {
     const Axes axes = options.logarithmic
                           ? logarithmic_axes(curves, options)
                           : Axes{options, options.top > 0 ? options.top : shown_top(curves), 0};
@@ -168,16 +186,26 @@ void write_plot(const std::vector<Curve>& curves, const PlotOptions& options,
                                       : std::isinf(most) ? ", up to infinity"
                                                          : fmt::format(", up to {:.3g}", most)));
     }
-    Page page(width_with(names), height_with(names.size()), options.title, options.comment);
-    page.add(FMT_STRING("<clipPath id=\"a\"><rect x=\"{}\" y=\"{}\" width=\"{}\" "
-                        "height=\"{}\"/></clipPath>\n"),
-             left, above, width, height);
+    Page page(embedded ? embedded_width : width_with(names),
+              embedded ? embedded_height : height_with(names.size()), options.title,
+              options.comment, embedded);
     add_grid(page, axes);
     for (std::size_t c = 0; c < curves.size(); ++c) {
         add_curve(page, axes, curves[c], c);
         page.legend(c, names[c], left + width);
     }
-    page.write(path);
+    return page;
+}
+
+} // namespace
+
+void write_plot(const std::vector<Curve>& curves, const PlotOptions& options,
+                const std::string& path) {
+    drawn(curves, options, false).write(path);
+}
+
+std::string plot_element(const std::vector<Curve>& curves, const PlotOptions& options) {
+    return drawn(curves, options, true).text();
 }
 
 } // namespace brdfit

@@ -21,7 +21,9 @@ struct PlotOptions {
     double top = 0;
     std::string x_title = "angle from the normal (degrees)";
     double x_from = 0, x_to = 90;
-    bool logarithmic = false; ///< y, over at most six decades
+    bool logarithmic = false;   ///< y, over at most six decades
+    bool logarithmic_x = false; ///< from x_from > 0
+    bool dots = false;          ///< at the points of curves
 };
 
 /// Writes curves as an SVG picture, or a PNG one by the path's ending, legible in light and dark:
@@ -35,6 +37,14 @@ void write_plot(const std::vector<Curve>& curves, const PlotOptions& options,
 /// et al. 2010). The rings are round values of y.
 void write_polar_plot(const std::vector<Curve>& curves, const PlotOptions& options,
                       const std::string& path);
+
+/// The plots of write_plot and write_polar_plot as elements of an HTML page that has plot_style():
+/// their titles are read out, a legend is made of legend_mark.
+std::string plot_element(const std::vector<Curve>& curves, const PlotOptions& options);
+std::string polar_plot_element(const std::vector<Curve>& curves, const PlotOptions& options);
+const char* plot_style();
+/// The line of curve number `index`, an element too.
+std::string legend_mark(std::size_t index);
 
 /// A picture over two angles of 0 to 90 degrees, x to the right and y upwards, as it is on a
 /// screen. `linear`: R, G, B in [0, 1].

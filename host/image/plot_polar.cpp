@@ -14,10 +14,6 @@ namespace {
 constexpr double radius = height - 20, middle_x = left + width / 2, base = above + height;
 constexpr double to_radians = 3.14159265358979323846 / 180;
 
-struct Point {
-    double x, y;
-};
-
 /// The radius of y, as a share of `top`'s.
 Point point_at(double degrees, double y, double top) {
     const double r = radius * std::cbrt(std::clamp(y / top, 0.0, 1.0));
@@ -25,10 +21,7 @@ Point point_at(double degrees, double y, double top) {
             base - r * std::cos(degrees * to_radians)};
 }
 
-} // namespace
-
-void write_polar_plot(const std::vector<Curve>& curves, const PlotOptions& options,
-                      const std::string& path) {
+Page drawn(const std::vector<Curve>& curves, const PlotOptions& options, bool embedded) {
     double top = options.top;
     std::vector<std::string> names;
     for (const Curve& curve : curves) {
@@ -38,7 +31,9 @@ void write_polar_plot(const std::vector<Curve>& curves, const PlotOptions& optio
                 top = std::max(top, y);
     }
     top = top > 0 ? top : 1;
-    Page page(width_with(names), height_with(names.size()), options.title, options.comment);
+    Page page(embedded ? embedded_width : width_with(names),
+              embedded ? embedded_height : height_with(names.size()), options.title,
+              options.comment, embedded);
     for (int degrees = -90; degrees <= 90; degrees += 30) {
         const Point end = point_at(degrees, top, top);
         page.add(FMT_STRING("<path class=\"grid\" d=\"M{:g} {:g}L{:.1f} {:.1f}\"/>"
@@ -61,20 +56,30 @@ void write_polar_plot(const std::vector<Curve>& curves, const PlotOptions& optio
              middle_x, base + 34, svg_escaped(options.y_title));
     for (std::size_t c = 0; c < curves.size(); ++c) {
         page.add(FMT_STRING("<path fill=\"none\" {} d=\""), stroke_of(c));
-        bool drawing = false;
-        for (std::size_t k = 0; k < curves[c].x.size(); ++k) {
-            if (!std::isfinite(curves[c].y[k])) {
-                drawing = false;
-                continue;
+        std::vector<Point> run;
+        for (std::size_t k = 0; k < curves[c].x.size(); ++k)
+            if (std::isfinite(curves[c].y[k])) {
+                run.push_back(point_at(curves[c].x[k], curves[c].y[k], top));
+            } else {
+                page.line(run);
+                run.clear();
             }
-            const Point at = point_at(curves[c].x[k], curves[c].y[k], top);
-            page.add(FMT_STRING("{}{:.1f} {:.1f}"), drawing ? "L" : "M", at.x, at.y);
-            drawing = true;
-        }
+        page.line(run);
         page.add(FMT_STRING("\"/>\n"));
         page.legend(c, names[c], left + width);
     }
-    page.write(path);
+    return page;
+}
+
+} // namespace
+
+void write_polar_plot(const std::vector<Curve>& curves, const PlotOptions& options,
+                      const std::string& path) {
+    drawn(curves, options, false).write(path);
+}
+
+std::string polar_plot_element(const std::vector<Curve>& curves, const PlotOptions& options) {
+    return drawn(curves, options, true).text();
 }
 
 void write_angle_picture(const Image& linear, const PlotOptions& options, const std::string& path) {

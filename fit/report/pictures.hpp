@@ -1,0 +1,29 @@
+#pragma once
+
+#include "fit/report/page.hpp"
+#include "host/device/device.hpp"
+#include "host/evaluate/measured.hpp"
+#include "host/render/scene.hpp"
+
+#include <memory>
+#include <string>
+
+namespace brdfit {
+
+/// Draws what a card shows, as HTML.
+class CardPictures {
+  public:
+    CardPictures(const Device& device, const ReportOptions& options);
+
+    /// A material's data (nullptr: missing), best and chosen fit (nullptr: none, or the same).
+    std::string html_of(const std::string& name, const std::shared_ptr<const MeasuredBrdf>& data,
+                        const ReportedFit* best, const ReportedFit* chosen,
+                        const ProgressFunction& progress) const;
+
+  private:
+    Device device_;
+    ReportOptions options_;
+    Scene scene_;
+};
+
+} // namespace brdfit
