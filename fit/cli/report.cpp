@@ -46,8 +46,8 @@ int report(Options options, const Globals& globals) {
     progress.clear();
     file.write(page);
     file.commit();
-    fmt::print("{}: {} fits of {} materials, {} failed, {:.1f} MB\n", options.out,
-               results.fits.size(), results.materials.size(), results.failures.size(),
+    fmt::print("{}: {} fits, {} failed; materials: {}; {:.1f} MB\n", options.out,
+               results.fits.size(), results.failures.size(), results.materials.size(),
                static_cast<double>(page.size()) / 1e6);
     return 0;
 }

@@ -4,12 +4,15 @@
 #include "fit/report/pictures.hpp"
 #include "fit/report/tables.hpp"
 #include "host/error.hpp"
+#include "host/parallel.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <mutex>
 
 namespace brdfit {
 
@@ -87,48 +90,71 @@ std::shared_ptr<const MeasuredBrdf> data_of(const ReportedMaterial& material, st
     return nullptr;
 }
 
+// The card of material `m`, with pictures where there are some to be made.
+std::string card_html(const Overview& overview, std::size_t m, const Column& column,
+                      const CardPictures* pictures, const ProgressFunction& progress) {
+    const ReportedMaterial& material = overview.results().materials[m];
+    const ReportedFit* const best = overview.best(m);
+    const ReportedFit* chosen = chosen_fit(overview, m, column);
+    chosen = chosen == best ? nullptr : chosen;
+    std::string text =
+        fmt::format("<article class=\"card\" id=\"{}\" data-name=\"{}\"><h3>{}</h3>\n"
+                    "<p class=\"settings\">{}</p>\n",
+                    card_id(m), html(material.name), html(material.name), html(material.path));
+    if (best == nullptr)
+        text += "<p class=\"note\">No fit of it is done.</p>\n";
+    if (pictures != nullptr) {
+        std::string why;
+        const auto data = data_of(material, why);
+        if (!why.empty())
+            text += fmt::format("<p class=\"note\">The data is not shown: {}</p>\n", html(why));
+        if (data || best != nullptr)
+            try {
+                text += pictures->html_of(material.name, data, best, chosen, progress);
+            } catch (const InputError& error) { // channels that are no colours, say
+                text += fmt::format("<p class=\"note\">No pictures: {}</p>\n", html(error.what()));
+            }
+    }
+    for (const ReportedFit* fit : {best, chosen})
+        if (fit != nullptr)
+            text += parameters_html(*fit);
+    return text + "</article>\n";
+}
+
+// Cards made at once: one leaves cores idle while it reads, encodes and builds programs.
+constexpr std::size_t cards_at_once = 4;
+
 } // namespace
 
 std::string cards_html(const Overview& overview, const ReportOptions& options,
                        const std::function<Device()>& device) {
-    const Results& results = overview.results();
+    const std::size_t count = overview.results().materials.size();
     const Column column = chosen_column(overview, options.model);
-    std::optional<CardPictures> pictures;
+    std::optional<Device> opened;
     if (options.size > 0)
-        pictures.emplace(device(), options);
-    std::string text;
-    for (std::size_t m = 0; m < results.materials.size(); ++m) {
-        const ReportedMaterial& material = results.materials[m];
-        const ProgressFunction progress =
-            options.next ? options.next(material.name, m) : ProgressFunction{};
-        const ReportedFit* const best = overview.best(m);
-        const ReportedFit* chosen = chosen_fit(overview, m, column);
-        chosen = chosen == best ? nullptr : chosen;
-        text +=
-            fmt::format("<article class=\"card\" id=\"{}\" data-name=\"{}\"><h3>{}</h3>\n"
-                        "<p class=\"settings\">{}</p>\n",
-                        card_id(m), html(material.name), html(material.name), html(material.path));
-        if (best == nullptr)
-            text += "<p class=\"note\">No fit of it is done.</p>\n";
-        if (pictures) {
-            std::string why;
-            const auto data = data_of(material, why);
-            if (!why.empty())
-                text += fmt::format("<p class=\"note\">The data is not shown: {}</p>\n", html(why));
-            if (data || best != nullptr)
-                try {
-                    text += pictures->html_of(material.name, data, best, chosen, progress);
-                } catch (const InputError& error) { // channels that are no colours, say
-                    text +=
-                        fmt::format("<p class=\"note\">No pictures: {}</p>\n", html(error.what()));
-                }
+        opened = device();
+    std::vector<std::string> cards(count);
+    std::atomic<std::size_t> next{0};
+    std::size_t done = 0;
+    std::mutex telling;
+    parallel_pieces(std::min(count, cards_at_once), 1, [&](std::size_t, std::size_t) {
+        std::optional<CardPictures> pictures;
+        if (opened) {
+            Device own = *opened;
+            own.queue = cl::CommandQueue(own.context, own.handle);
+            pictures.emplace(own, options);
         }
-        for (const ReportedFit* fit : {best, chosen})
-            if (fit != nullptr)
-                text += parameters_html(*fit);
-        text += "</article>\n";
-    }
-    return text;
+        for (std::size_t m = next++; m < count; m = next++) {
+            if (options.next) {
+                const std::lock_guard<std::mutex> lock(telling);
+                tell(options.next(overview.results().materials[m].name, done), 0);
+            }
+            cards[m] = card_html(overview, m, column, pictures ? &*pictures : nullptr, {});
+            const std::lock_guard<std::mutex> lock(telling);
+            ++done;
+        }
+    });
+    return fmt::format("{}", fmt::join(cards, ""));
 }
 
 } // namespace brdfit

@@ -13,7 +13,7 @@ namespace brdfit {
 /// How a report is drawn.
 struct ReportOptions {
     std::size_t size = 192;   ///< of pictures, pixels; 0: none, and no plots
-    std::size_t samples = 48; ///< a pixel
+    std::size_t samples = 32; ///< a pixel
     /// The fit that each material's best is set beside: a model, or MODEL:LOBES; empty: the model
     /// of one lobe whose mean error is the least.
     std::string model;

@@ -3,6 +3,7 @@
 #include "fit/report/html.hpp"
 #include "host/albedo/material.hpp"
 #include "host/albedo/measured.hpp"
+#include "host/error.hpp"
 #include "host/evaluate/evaluate.hpp"
 #include "host/evaluate/lines.hpp"
 #include "host/image/difference.hpp"
@@ -22,7 +23,7 @@ namespace brdfit {
 
 namespace {
 
-constexpr double difference_scale = 4, albedo_tolerance = 2e-3;
+constexpr double difference_scale = 4, albedo_tolerance = 5e-3;
 constexpr std::size_t albedo_angles = 19; // every five degrees
 constexpr double incidences[] = {15, 45, 70};
 
@@ -116,7 +117,7 @@ std::string CardPictures::html_of(const std::string& name,
         all.push_back({chosen->name(), nullptr, &chosen->result.material, {}});
     RenderSettings settings;
     settings.samples = options_.samples;
-    std::string spheres, plots, key = "<ul class=\"key\">";
+    std::string spheres, plots, unknown, key = "<ul class=\"key\">";
     std::vector<Curve> polar, albedos;
     for (std::size_t i = 0; i < all.size(); ++i) {
         Shown& shown = all[i];
@@ -143,7 +144,12 @@ std::string CardPictures::html_of(const std::string& name,
                                   fmt::format("{}: {}, of {}", name, what, shown.what), what);
         }
         polar.push_back(polar_curve(device_, shown));
-        albedos.push_back(albedo_curve(device_, shown));
+        try {
+            albedos.push_back(albedo_curve(device_, shown));
+        } catch (const InputError& error) {                       // of few scattered samples, say
+            albedos.push_back({shown.what, {0}, {std::nan("")}}); // the others keep their colours
+            unknown += fmt::format("; {}: {}", shown.what, error.what());
+        }
         key += fmt::format("<li>{}{}</li>", legend_mark(i), html(shown.what));
     }
     PlotOptions of_polar;
@@ -157,8 +163,8 @@ std::string CardPictures::html_of(const std::string& name,
     PlotOptions of_albedo;
     of_albedo.title = fmt::format("Directional albedo of {}", name);
     of_albedo.y_title = "directional albedo";
-    plots += fmt::format("<figure>{}<figcaption>Directional albedo</figcaption></figure>\n",
-                         plot_element(albedos, of_albedo));
+    plots += fmt::format("<figure>{}<figcaption>Directional albedo{}</figcaption></figure>\n",
+                         plot_element(albedos, of_albedo), html(unknown));
     return fmt::format("<div class=\"spheres\">\n{}</div>\n{}</ul>\n<div class=\"figures\">\n{}"
                        "</div>\n",
                        spheres, key, plots);
