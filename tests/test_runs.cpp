@@ -71,6 +71,8 @@ TEST_F(Runs, an_id_changes_with_all_that_determines_the_result_and_nothing_else)
                                                {"--anisotropic", "--orient"},
                                                {"--isotropic"},
                                                {"--anisotropic"},
+                                               {"--orient"},
+                                               {"--anisotropic", "--orient"},
                                                {"--diffuse", "kurt-coupled"},
                                                {"--lobes", "2"},
                                                {"--start", folder / "paint.json"}})
@@ -91,7 +93,10 @@ TEST_F(Runs, a_plan_is_read_back_as_it_was_made) {
     EXPECT_EQ(text_of(options.ranges[1]), "f0=0.01:0.9");
     EXPECT_FALSE(options.start);
     EXPECT_EQ(planned.settings.isotropic, false);
+    EXPECT_FALSE(planned.settings.orient);
     EXPECT_EQ(planned.tasks.size(), 3U * 3);
+    plan({"-m", "kurt", "--orient", "--force"});
+    EXPECT_TRUE(read_plan(folder / "run").settings.orient);
     plan({"-m", "kurt", "--start", folder / "paint.json", "--force"});
     const std::optional<Material> start = read_plan(folder / "run").settings.options.start;
     ASSERT_TRUE(start);
@@ -405,6 +410,29 @@ TEST_F(Runs, materials_come_back_as_fit_writes_them) {
     };
     EXPECT_EQ(head("run.csv"), head("fit.csv"));
     expect_input_error(run_program(merge), "--force");
+}
+
+TEST_F(Runs, lobes_are_turned_where_the_plan_says_so) {
+    write_file(folder / "brushed.json", R"({"brdfit": 1, "channels": ["R"],
+        "diffuse": {"model": "lambert", "kd": [0.1]},
+        "lobes": [{"model": "ward", "ks": [0.5], "mx": 0.4, "my": 0.15, "orientation": 30}]})");
+    ASSERT_EQ(run_program({"synth", folder / "brushed.json", folder / "brushed.csv", "--directions",
+                           "2000"})
+                  .status,
+              0);
+    const auto lobe = [&](std::vector<std::string> options, const std::string& name) {
+        options.insert(options.begin(),
+                       {"plan", folder / "brushed.csv", "-m", "ward", "-o", folder / name});
+        EXPECT_EQ(run_program(options).status, 0);
+        EXPECT_EQ(run({}, name).status, 0);
+        const std::string materials = folder / (name + "-materials");
+        EXPECT_EQ(run_program({"merge", folder / name, "--materials", materials}).status, 0);
+        return json::parse(read_file(materials + "/brushed.ward.1.json"))["lobes"][0];
+    };
+    EXPECT_FALSE(lobe({}, "straight").contains("orientation"));
+    const json turned = lobe({"--orient"}, "turned");
+    ASSERT_TRUE(turned.contains("orientation")) << turned.dump();
+    EXPECT_NEAR(turned["orientation"].get<double>(), 30, 0.5);
 }
 
 TEST_F(Runs, the_best_materials_are_one_a_file) {
