@@ -68,7 +68,6 @@ TEST_F(Runs, an_id_changes_with_all_that_determines_the_result_and_nothing_else)
                                                {"--fix", "f0=0.5"},
                                                {"--bound", "f0=0.5:0.5"},
                                                {"--conserve"},
-                                               {"--anisotropic", "--orient"},
                                                {"--isotropic"},
                                                {"--anisotropic"},
                                                {"--orient"},
