@@ -83,4 +83,4 @@ def test_a_material_reads_a_generated_table(pairs, tmp_path):
     np.testing.assert_array_equal(again.eval(*pairs), material.eval(*pairs))
     np.save(tmp_path / "p.npy", np.concatenate(list(pairs), axis=1))
     command("eval", tmp_path / "m.json", tmp_path / "p.npy", "-o", tmp_path / "f.npy")
-    np.testing.assert_array_equal(material.eval(*pairs), np.load(tmp_path / "f.npy")[:, 6:])
+    np.testing.assert_array_equal(material.eval(*pairs), np.load(tmp_path / "f.npy")[:, 6:-1])
