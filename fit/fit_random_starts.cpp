@@ -27,15 +27,13 @@ void FileFitter::try_random_starts(const Structure& structure, const Fitted& fit
     std::vector<Optimum> known;
     Objective &thinned = thinned_objective(structure), &all = full_objective(structure);
     const std::size_t before = thinned.evaluations();
-    if (conserved != nullptr) {
+    if (conserved != nullptr) // as `all` is
         thinned.limit_albedos(conserved->limit);
-        all.limit_albedos(conserved->limit);
-    }
     Polish on_thinned = thinned_polish(structure, fit.space);
     Polish on_all = full_polish(structure, fit.space);
     const double worth = worst_worth * on_thinned.descended(fit.solution).squared_error;
     const auto beats_the_search = [&](const Solution& start) {
-        Solution other = best_of(on_all, {start}, solution.squared_error);
+        Solution other = best_of(on_all, {start}, fit.solution.squared_error);
         if (conserved != nullptr && better(other, solution))
             other = settled(all, *conserved, std::move(other));
         const double error = std::sqrt(other.squared_error);

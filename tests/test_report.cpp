@@ -1,7 +1,6 @@
 // brdfit report as its users meet it: one page that holds every fit, needs no other file and says
 // what failed.
 
-#include "host/files/append.hpp"
 #include "tests/support/runs.hpp"
 #include "tests/support/support.hpp"
 
@@ -129,6 +128,7 @@ TEST_F(Report, replaces_no_page_in_silence_and_looks_at_endings_first) {
     EXPECT_EQ(page(), before);
     EXPECT_EQ(report({"--force"}).status, 0);
     expect_usage_error(run_program({"report", folder / "run", "-o", folder / "page.pdf"}), ".html");
+    expect_usage_error(report({"--force", "--samples", "9"}), "--samples");
     expect_input_error(run_program({"report", folder / "none", "-o", folder / "p.html"}), "none");
     EXPECT_FALSE(std::filesystem::exists(folder / "p.html"));
 }

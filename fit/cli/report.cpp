@@ -19,13 +19,15 @@ struct Options {
     std::string folder, out;
     Selection selection;
     ReportOptions report;
-    bool force = false;
+    bool force = false, samples_given = false;
 };
 
 int report(Options options, const Globals& globals) {
     const std::string ending = std::filesystem::path(options.out).extension().string();
     if (ending != ".html" && ending != ".htm")
         throw UsageError(fmt::format("{}: unknown ending; expected .html", options.out));
+    if (options.samples_given && options.report.size == 0)
+        throw UsageError("--samples: changes nothing with --size 0; expected pictures");
     if (!options.force)
         check_none_is_there({options.out});
     OutputFile file(options.out); // a path that cannot be written costs no time
@@ -39,7 +41,7 @@ int report(Options options, const Globals& globals) {
         spdlog::warn("{}", note);
     Progress progress(results.materials.size(), globals.quiet);
     options.report.next = [&](const std::string& material, std::size_t done) {
-        return progress.step(done, material);
+        progress.show(done, material);
     };
     const std::string page =
         report_page(results, options.report, [&] { return open_device(globals.device); });
@@ -82,12 +84,14 @@ void add_report(CLI::App& app, const Globals& globals, Action& action) {
         ->add_option("--size", options->report.size, "of the pictures, pixels; 0: none, nor plots")
         ->capture_default_str()
         ->check(CLI::Range(std::size_t{0}, most_report_size));
-    command->add_option("--samples", options->report.samples, "of the pictures, a pixel")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 65536));
+    CLI::Option* const samples =
+        command->add_option("--samples", options->report.samples, "of the pictures, a pixel")
+            ->capture_default_str()
+            ->check(CLI::Range(1, 65536));
     command->add_flag("--force", options->force, "replace a page that is there");
     command->footer("Example:\n  brdfit report run -o report.html");
-    command->callback([options, &globals, &action] {
+    command->callback([options, samples, &globals, &action] {
+        options->samples_given = samples->count() > 0;
         action = [options, &globals] { return report(*options, globals); };
     });
 }

@@ -92,7 +92,7 @@ std::shared_ptr<const MeasuredBrdf> data_of(const ReportedMaterial& material, st
 
 // The card of material `m`, with pictures where there are some to be made.
 std::string card_html(const Overview& overview, std::size_t m, const Column& column,
-                      const CardPictures* pictures, const ProgressFunction& progress) {
+                      const CardPictures* pictures) {
     const ReportedMaterial& material = overview.results().materials[m];
     const ReportedFit* const best = overview.best(m);
     const ReportedFit* chosen = chosen_fit(overview, m, column);
@@ -110,7 +110,7 @@ std::string card_html(const Overview& overview, std::size_t m, const Column& col
             text += fmt::format("<p class=\"note\">The data is not shown: {}</p>\n", html(why));
         if (data || best != nullptr)
             try {
-                text += pictures->html_of(material.name, data, best, chosen, progress);
+                text += pictures->html_of(material.name, data, best, chosen);
             } catch (const InputError& error) { // channels that are no colours, say
                 text += fmt::format("<p class=\"note\">No pictures: {}</p>\n", html(error.what()));
             }
@@ -147,9 +147,9 @@ std::string cards_html(const Overview& overview, const ReportOptions& options,
         for (std::size_t m = next++; m < count; m = next++) {
             if (options.next) {
                 const std::lock_guard<std::mutex> lock(telling);
-                tell(options.next(overview.results().materials[m].name, done), 0);
+                options.next(overview.results().materials[m].name, done);
             }
-            cards[m] = card_html(overview, m, column, pictures ? &*pictures : nullptr, {});
+            cards[m] = card_html(overview, m, column, pictures ? &*pictures : nullptr);
             const std::lock_guard<std::mutex> lock(telling);
             ++done;
         }

@@ -17,8 +17,8 @@ struct ReportOptions {
     /// The fit that each material's best is set beside: a model, or MODEL:LOBES; empty: the model
     /// of one lobe whose mean error is the least.
     std::string model;
-    /// A material's card begins; `done` of all were finished.
-    std::function<ProgressFunction(const std::string& material, std::size_t done)> next;
+    /// A material's card begins; `done` of all are finished. Never called by two threads at once.
+    std::function<void(const std::string& material, std::size_t done)> next;
 };
 inline constexpr std::size_t most_report_size = 1024;
 

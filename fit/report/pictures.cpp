@@ -106,8 +106,7 @@ CardPictures::CardPictures(const Device& device, const ReportOptions& options)
 
 std::string CardPictures::html_of(const std::string& name,
                                   const std::shared_ptr<const MeasuredBrdf>& data,
-                                  const ReportedFit* best, const ReportedFit* chosen,
-                                  const ProgressFunction& progress) const {
+                                  const ReportedFit* best, const ReportedFit* chosen) const {
     std::vector<Shown> all;
     if (data)
         all.push_back({"data", data.get(), nullptr, {}});
@@ -121,7 +120,6 @@ std::string CardPictures::html_of(const std::string& name,
     std::vector<Curve> polar, albedos;
     for (std::size_t i = 0; i < all.size(); ++i) {
         Shown& shown = all[i];
-        tell(progress, static_cast<double>(i) / static_cast<double>(all.size()));
         const Renderer renderer =
             shown.data != nullptr
                 ? Renderer(device_, data, best != nullptr ? best->result.material : even_material(),

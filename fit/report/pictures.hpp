@@ -17,8 +17,7 @@ class CardPictures {
 
     /// A material's data (nullptr: missing), best and chosen fit (nullptr: none, or the same).
     std::string html_of(const std::string& name, const std::shared_ptr<const MeasuredBrdf>& data,
-                        const ReportedFit* best, const ReportedFit* chosen,
-                        const ProgressFunction& progress) const;
+                        const ReportedFit* best, const ReportedFit* chosen) const;
 
   private:
     Device device_;

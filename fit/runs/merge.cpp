@@ -240,17 +240,17 @@ MergeReport read_rows(const Plan& plan, const std::string& folder, const RowRead
         const Chosen& fit = chosen[i];
         const Json row = logs.read(fit.row);
         const PlannedFile& file = plan.files[fit.task->file];
-        if (fit.done)
-            readers.done(fit_row(row, *fit.task, file, logs.name(fit.row)), *fit.task);
-        else
-            readers.failed(failed_fit(row, *fit.task, file, logs.name(fit.row)), *fit.task);
-        if (fit.done)
-            try {
-                ++report.made_by[maker_of(row)];
-            } catch (const Json::exception& error) {
-                throw InputError(
-                    fmt::format("{}: is not a row of a run: {}", logs.name(fit.row), error.what()));
-            }
+        const std::string place = logs.name(fit.row);
+        if (!fit.done) {
+            readers.failed(failed_fit(row, *fit.task, file, place), *fit.task);
+            continue;
+        }
+        readers.done(fit_row(row, *fit.task, file, place), *fit.task);
+        try {
+            ++report.made_by[maker_of(row)];
+        } catch (const Json::exception& error) {
+            throw InputError(fmt::format("{}: is not a row of a run: {}", place, error.what()));
+        }
     }
     return report;
 }

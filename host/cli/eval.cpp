@@ -39,8 +39,8 @@ int eval(const Options& options, const Globals& globals) {
         columns.emplace_back(values.begin() + static_cast<std::ptrdiff_t>(ch * count),
                              values.begin() + static_cast<std::ptrdiff_t>((ch + 1) * count));
     }
-    if (std::filesystem::path(options.out).extension() ==
-        ".npy") { // whose columns have no names: the layout of samples
+    // Without names for columns, the layout of samples.
+    if (std::filesystem::path(options.out).extension() == ".npy") {
         names.emplace_back("weight");
         columns.emplace_back(count, 1.0F);
     }
@@ -63,10 +63,9 @@ void add_eval(CLI::App& app, const Globals& globals, Action& action) {
         ->required();
     add_directions(*command, options->directions);
     command
-        ->add_option(
-            "-o,--output", options->out,
-            ".csv or .npy: the directions, then one column a channel; .npy: and weight 1, as "
-            "samples are read")
+        ->add_option("-o,--output", options->out,
+                     ".csv or .npy: the directions, then one column a channel; in .npy then "
+                     "weight 1, as in samples")
         ->required();
     command->footer("Example:\n  brdfit eval paint.json directions.csv -o values.csv\n"
                     "  brdfit eval paint.bsdf directions.npy -o values.npy");
