@@ -29,6 +29,10 @@ cl::Buffer upload(const Device& device, const std::vector<T>& data) {
     return buffer;
 }
 
+/// Asks the system for large pages behind a CPU's buffer that kernels will read here and there: of
+/// small ones the processor keeps too few addresses. Before anything is written to it.
+void prefer_large_pages(const Device& device, const cl::Buffer& buffer, std::size_t bytes);
+
 /// Copies `count` values from the start of a device buffer.
 template <typename T>
 std::vector<T> download(const Device& device, const cl::Buffer& buffer, std::size_t count) {

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fmt/format.h>
 
 namespace brdfit {
@@ -67,7 +68,7 @@ void check(const RenderSettings& settings) {
 
 /// A scene and how it is to be rendered, on the device.
 struct Renderer::OnDevice {
-    cl::Buffer words, texels, aliases;
+    cl::Buffer words, texels;
     cl_uint4 keys{};
     const RenderSettings& settings;
 
@@ -76,17 +77,25 @@ struct Renderer::OnDevice {
         const Environment none;
         const Environment& environment = scene.environment ? *scene.environment : none;
         const AliasTable table = scene.environment ? alias_table(environment) : AliasTable{};
-        std::vector<float> packed_texels;
-        std::vector<std::uint32_t> packed_aliases;
+        // As the texels of kernels/scene/lights.cl.
+        std::vector<cl_uint8> packed_texels(environment.texels.size());
+        const auto bits_of = [](double value) {
+            const auto word = static_cast<float>(value);
+            std::uint32_t bits;
+            std::memcpy(&bits, &word, sizeof bits);
+            return bits;
+        };
         for (std::size_t i = 0; i < environment.texels.size(); ++i) {
-            for (const double value : environment.texels[i])
-                packed_texels.push_back(static_cast<float>(value));
-            packed_texels.push_back(static_cast<float>(table.density[i]));
-            packed_aliases.push_back(table.own[i]);
-            packed_aliases.push_back(table.other[i]);
+            const Rgb& rgb = environment.texels[i];
+            packed_texels[i] = {{bits_of(rgb[0]), bits_of(rgb[1]), bits_of(rgb[2]),
+                                 bits_of(table.density[i]), table.own[i], table.other[i], 0, 0}};
         }
-        texels = upload(device, packed_texels);
-        aliases = upload(device, packed_aliases);
+        const std::size_t bytes = packed_texels.size() * sizeof(cl_uint8);
+        texels = make_buffer(device, bytes, CL_MEM_READ_ONLY);
+        if (scene.environment) {
+            prefer_large_pages(device, texels, bytes);
+            device.queue.enqueueWriteBuffer(texels, CL_TRUE, 0, bytes, packed_texels.data());
+        }
         const std::array<std::uint32_t, 4> of_seed = keys_of(of.seed, Sequence::Philox);
         keys.s[0] = of_seed[0];
         keys.s[1] = of_seed[1];
@@ -139,8 +148,8 @@ std::vector<float> Renderer::material_means(const OnDevice& scene, std::size_t f
         make_buffer(device_, Film::planes * pixels * sizeof(float), CL_MEM_WRITE_ONLY);
     cl::Kernel kernel(program_, "render");
     cl_uint at = 0;
-    for (const cl::Buffer* buffer : {&scene.words, &scene.texels, &scene.aliases, &drawn_.theta,
-                                     &drawn_.table, &drawn_.strengths, &drawn_.coefficients})
+    for (const cl::Buffer* buffer : {&scene.words, &scene.texels, &drawn_.theta, &drawn_.table,
+                                     &drawn_.strengths, &drawn_.coefficients})
         kernel.setArg(at++, *buffer);
     kernel.setArg(at++, scene.keys);
     kernel.setArg(at++, static_cast<cl_int>(scene.settings.drawn));
@@ -177,7 +186,7 @@ std::vector<float> Renderer::measured_means(const OnDevice& scene, std::size_t f
     std::vector<float> of_pairs(6 * paths);
     for (int n = 0; n <= scene.settings.bounces + 1; ++n) {
         const bool last = n > scene.settings.bounces;
-        run("meet", vectors, scene.words, scene.texels, scene.aliases, drawn_.theta, drawn_.table,
+        run("meet", vectors, scene.words, scene.texels, drawn_.theta, drawn_.table,
             drawn_.strengths, scene.keys, static_cast<cl_int>(scene.settings.drawn),
             static_cast<cl_int>(n), static_cast<cl_int>(last), of_groups, of_first, of_vectors,
             state, pairs, vertices);

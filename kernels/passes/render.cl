@@ -49,7 +49,8 @@ typedef struct {
     real through[3];  // share of what comes along it that reaches the film
     real radiance[3]; // on the film so far
     real density;     // of `to`, as lights weigh it; infinite: nothing else finds what is there
-    mask shape;       // it starts on, -1: the camera
+    mask shape;       // it starts on, -1: none
+    mask sky;         // the environment's texel along `to`, but for the camera's
     mask alive;
     real covered; // 1: the film shows a shape
 } path;
@@ -59,8 +60,9 @@ static inline path path_begun(__global const float* scene, uint pixel, uint key,
     ureal x0, x1;
     number_pair(index, key, &x0, &x1);
     const uint width = scene[FILM_WIDTH];
-    const real x = pixel % width + unit_interval(x0);
-    const real y = pixel / width + unit_interval(x1);
+    const uint row = pixel / width;
+    const real x = (pixel - row * width) + unit_interval(x0);
+    const real y = row + unit_interval(x1);
     path p;
     p.at = vector_of(scene + CAMERA);
     p.to = unit(plus(vector_of(scene + CORNER),
@@ -71,18 +73,19 @@ static inline path path_begun(__global const float* scene, uint pixel, uint key,
     }
     p.density = INFINITY;
     p.shape = -1;
+    p.sky = 0;
     p.alive = wanted;
     p.covered = 0.0f;
     return p;
 }
 
 // Takes a path to what it meets: adds what lights send along it, and ends it where no shape is.
-static inline meeting arrived(__global const float* scene, __global const float4* texels, path* p)
+static inline meeting arrived(__global const float* scene, __global const texel* texels, bool camera,
+                              path* p)
 {
     const meeting m = first_met(scene, p->at, p->to, p->shape);
-    const mask camera = p->shape < 0;
     real rgb[3];
-    received(scene, texels, p->at, p->to, m.t, p->density, camera, rgb);
+    received(scene, texels, p->at, p->to, m.t, p->density, p->sky, camera, rgb);
     for (int ch = 0; ch < 3; ++ch)
         p->radiance[ch] += p->alive ? p->through[ch] * rgb[ch] : (real)(0.0f);
     p->alive = p->alive && m.shape >= 0;
@@ -94,9 +97,17 @@ static inline meeting arrived(__global const float* scene, __global const float4
 static inline void nearest_probabilities(__global const float* table, __global const float* strengths,
                                          vector wo, real* p)
 {
-#if BASIS == 1
-    p[0] = 1.0f;
-#else
+    int there = 0, alone = 0;
+    for (int j = 0; j < BASIS; ++j)
+        if (strengths[j] > 0.0f) {
+            ++there;
+            alone = j;
+        }
+    if (there <= 1) { // a metal, say
+        for (int j = 0; j < BASIS; ++j)
+            p[j] = j == alone ? 1.0f : 0.0f;
+        return;
+    }
     const mask row = whole(sqrt(clamp(wo.z, (real)(0.0f), (real)(1.0f))) * (HEIGHTS - 1) + 0.5f);
     const mask column = whole(atan2(fabs(wo.y), fabs(wo.x)) * ((AZIMUTHS - 1) * 2.0f / PI) + 0.5f);
     const mask at = row * AZIMUTHS + column;
@@ -109,7 +120,6 @@ static inline void nearest_probabilities(__global const float* table, __global c
     }
     for (int j = 0; j < BASIS; ++j)
         p[j] = sum > 0.0f ? p[j] / sum : (real)(j == 0 ? 1.0f : 0.0f);
-#endif
 }
 
 typedef struct {
@@ -120,6 +130,7 @@ typedef struct {
     real light_weight[3];         // f of to_light times this is what it adds to the film
     real next_weight;             // f of to_next times this is the share that goes on
     real next_density;
+    mask next_sky; // the environment's texel there
 } vertex;
 
 static inline real sampler_density(geometry q, PARAMETER_SPACE const float* theta, const real* probability,
@@ -158,12 +169,33 @@ static inline geometry drawn_direction(vector wo, PARAMETER_SPACE const float* t
     return q;
 }
 
-// Draws both directions of a path's vertex.
-static inline vertex drawn_vertex(__global const float* scene, __global const float4* texels,
-                                  __global const uint2* aliases, PARAMETER_SPACE const float* theta,
-                                  __global const float* table, __global const float* strengths, path* p,
-                                  meeting m, int strategy, uint pixel_key, int number_of, ureal index)
+// What draws a vertex's direction to the lights. The environment's cells are fetched: found by the
+// numbers alone, they are here when drawn_vertex() reads them if a path goes to its vertex in between.
+static inline light_numbers numbers_to_light(__global const float* scene, __global const texel* texels,
+                                             uint pixel_key, int number_of, ureal index)
 {
+    light_numbers drawn;
+    drawn.choice = 0.5f;
+    if ((int)scene[LIGHTS] > 1)
+        drawn.choice = unit_interval(number(index, key_of(pixel_key, number_of, USE_LIGHT)));
+    number_pair(index, key_of(pixel_key, number_of, USE_LIGHT_POINT), &drawn.x, &drawn.y);
+    if (scene[ENVIRONMENT_WIDTH] > 0.0f)
+        fetch_texels(texels, cell_of(scene, drawn.x));
+    return drawn;
+}
+
+// Draws both directions of a path's vertex.
+static inline vertex drawn_vertex(__global const float* scene, __global const texel* texels,
+                                  PARAMETER_SPACE const float* theta, __global const float* table,
+                                  __global const float* strengths, path* p, meeting m,
+                                  light_numbers drawn, int strategy, uint pixel_key, int number_of,
+                                  ureal index)
+{
+    const bool environment = scene[ENVIRONMENT_WIDTH] > 0.0f;
+    if (environment) {
+        drawn.sky = drawn_texel(scene, texels, drawn.x, drawn.y);
+        fetch_texels(texels, drawn.sky.texel);
+    }
     vertex v;
     v.s = surface_met(scene, p->at, p->to, m);
     vector wo = to_local(v.s, scaled(p->to, -1.0f));
@@ -173,10 +205,7 @@ static inline vertex drawn_vertex(__global const float* scene, __global const fl
     real probability[BASIS];
     nearest_probabilities(table, strengths, wo, probability);
 
-    ureal x0, x1;
-    number_pair(index, key_of(pixel_key, number_of, USE_LIGHT_POINT), &x0, &x1);
-    const real which = unit_interval(number(index, key_of(pixel_key, number_of, USE_LIGHT)));
-    v.light = drawn_light(scene, texels, aliases, v.s.at, which, x0, x1);
+    v.light = drawn_light(scene, texels, v.s.at, drawn);
     geometry q = between(to_local(v.s, v.light.to), wo);
     v.lit = p->alive && q.wi_z > 0.0f && v.light.density > 0.0f;
     if ((int)scene[SHAPES] > 1)
@@ -190,6 +219,7 @@ static inline vertex drawn_vertex(__global const float* scene, __global const fl
     for (int ch = 0; ch < 3; ++ch)
         v.light_weight[ch] = v.lit ? p->through[ch] * v.light.rgb[ch] * shared : (real)(0.0f);
 
+    ureal x0, x1;
     number_pair(index, key_of(pixel_key, number_of, USE_DIRECTION), &x0, &x1);
     const real component = unit_interval(number(index, key_of(pixel_key, number_of, USE_COMPONENT)));
     q = drawn_direction(wo, theta, probability, v.s.ground, strategy, component, unit_interval(x0),
@@ -197,6 +227,11 @@ static inline vertex drawn_vertex(__global const float* scene, __global const fl
     v.goes_on = p->alive && q.wi_z > 0.0f && q.c > 0.0f;
     q = above_horizon(q, v.goes_on);
     v.to_next = q;
+    v.next_sky = 0;
+    if (environment) {
+        v.next_sky = texel_towards(scene, from_local(v.s, wi_of(q)));
+        fetch_texels(texels, v.next_sky);
+    }
     v.next_density = sampler_density(q, theta, probability, v.s.ground, strategy);
     v.goes_on = v.goes_on && v.next_density > 0.0f;
     v.next_weight = v.goes_on ? q.wi_z / v.next_density : (real)(0.0f);
@@ -215,6 +250,7 @@ static inline void followed(path* p, const vertex* v, mask shape, const real* f_
     p->at = v->s.at;
     p->to = from_local(v->s, wi_of(v->to_next));
     p->shape = shape;
+    p->sky = v->next_sky;
     p->density = strategy == BOTH ? v->next_density : (real)(strategy == LIGHTS_ALONE ? 0.0f : INFINITY);
 }
 
@@ -236,11 +272,10 @@ static inline void response(geometry q, PARAMETER_SPACE const float* theta,
 
 // Means over `count` samples of each of `pixels` pixels from `first` on: out[ch * pixels + i], the fourth
 // the share that shapes cover. keys: seed and batch.
-__kernel void render(__global const float* scene, __global const float4* texels,
-                     __global const uint2* aliases, PARAMETER_SPACE const float* theta,
-                     __global const float* table, __global const float* strengths,
-                     __global const float* coefficients, uint4 keys, int strategy, int bounces, uint count,
-                     uint first, uint pixels, __global float* out)
+__kernel void render(__global const float* scene, __global const texel* texels,
+                     PARAMETER_SPACE const float* theta, __global const float* table,
+                     __global const float* strengths, __global const float* coefficients, uint4 keys,
+                     int strategy, int bounces, uint count, uint first, uint pixels, __global float* out)
 {
     FOR_EACH_OF_RUN(i, pixels)
     {
@@ -251,10 +286,13 @@ __kernel void render(__global const float* scene, __global const float4* texels,
             const ureal index = k + lane_numbers();
             path p = path_begun(scene, pixel, pixel_key, index, index < count);
             for (int n = 0; n <= bounces + 1; ++n) {
-                const meeting m = arrived(scene, texels, &p);
+                light_numbers drawn;
+                if (n <= bounces)
+                    drawn = numbers_to_light(scene, texels, pixel_key, n, index);
+                const meeting m = arrived(scene, texels, n == 0, &p);
                 if (n > bounces || !any_of(p.alive))
                     break;
-                const vertex v = drawn_vertex(scene, texels, aliases, theta, table, strengths, &p, m,
+                const vertex v = drawn_vertex(scene, texels, theta, table, strengths, &p, m, drawn,
                                               strategy, pixel_key, n, index);
                 real f_light[3], f_next[3];
                 response(v.to_light, theta, coefficients, v.s.ground, scene, f_light);

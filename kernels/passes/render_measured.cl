@@ -26,6 +26,7 @@ static inline path read_path(__global const real* planes, uint stride, uint i)
     }
     p.density = planes[i + PATH_DENSITY * (ulong)stride];
     p.shape = whole(planes[i + PATH_SHAPE * (ulong)stride]);
+    p.sky = 0;
     p.alive = planes[i + PATH_ALIVE * (ulong)stride] > 0.0f;
     p.covered = planes[i + PATH_COVERED * (ulong)stride];
     return p;
@@ -73,7 +74,7 @@ static inline void write_pair(__global real* pairs, uint pairs_stride, uint i, g
 
 // Takes every path to its vertex number n and, unless it is the last one, draws its directions: pairs
 // [0, paths) to the light, [paths, 2 paths) to where it goes on.
-__kernel void meet(__global const float* scene, __global const float4* texels, __global const uint2* aliases,
+__kernel void meet(__global const float* scene, __global const texel* texels,
                    PARAMETER_SPACE const float* theta, __global const float* table,
                    __global const float* strengths, uint4 keys, int strategy, int n, int last, uint groups,
                    uint first, uint paths, __global real* planes, __global real* pairs,
@@ -82,11 +83,15 @@ __kernel void meet(__global const float* scene, __global const float4* texels, _
     FOR_EACH_OF_RUN(i, paths)
     {
         path p = read_path(planes, paths, i);
-        const meeting m = arrived(scene, texels, &p);
+        if (n > 0 && scene[ENVIRONMENT_WIDTH] > 0.0f)
+            p.sky = texel_towards(scene, p.to);
+        const meeting m = arrived(scene, texels, n == 0, &p);
         if (!last) {
-            const vertex v =
-                drawn_vertex(scene, texels, aliases, theta, table, strengths, &p, m, strategy,
-                             pixel_key_of(keys, first + i / groups), n, i % groups * V + lane_numbers());
+            const uint pixel_key = pixel_key_of(keys, first + i / groups);
+            const ureal index = i % groups * V + lane_numbers();
+            const light_numbers drawn = numbers_to_light(scene, texels, pixel_key, n, index);
+            const vertex v = drawn_vertex(scene, texels, theta, table, strengths, &p, m, drawn, strategy,
+                                          pixel_key, n, index);
             write_pair(pairs, 2 * paths, i, v.to_light, v.lit);
             write_pair(pairs, 2 * paths, paths + i, v.to_next, v.goes_on);
             for (int ch = 0; ch < 3; ++ch)

@@ -2,9 +2,16 @@
 //
 // An environment is a picture, constant within each texel: rows are equal steps of the angle from z,
 // from the top, columns equal steps of azimuth, from left to right clockwise seen from above; the middle
-// looks along x. texels[i] is red, green, blue and the density by which a direction in it is drawn, by
-// solid angle; aliases[i], of an alias table (Walker 1977, Vose 1991), is how often of 2^32 times cell i
-// is itself, and which texel it is otherwise.
+// looks along x.
+
+// A texel, and the cell of the same number of an alias table (Walker 1977, Vose 1991): together, because
+// most of what is drawn is its own cell, and reading what is not in the caches costs more than computing.
+typedef struct {
+    float4 light;  // red, green, blue; the density by which a direction in it is drawn, by solid angle
+    uint own;      // the cell is this texel so often of 2^32 times,
+    uint other;    // and otherwise this one
+    uint unused[2];
+} texel;
 
 // The power heuristic with exponent 2 (Veach and Guibas 1995): the weight of a direction drawn with
 // density `own` that would also have been drawn with density `other`. The two weights of a direction sum
@@ -15,22 +22,40 @@ static inline real shared_weight(real own, real other)
     return own > 0.0f ? 1.0f / (1.0f + ratio * ratio) : (real)(0.0f);
 }
 
-static inline void texels_at(__global const float4* texels, mask index, real* rgb, real* density)
+#if V == 1
+#define AS_MASK as_int
+#define TO_REAL convert_float
+#define TO_MASK convert_int
+#else
+#define AS_MASK JOIN(as_int, V)
+#define TO_REAL JOIN(convert_float, V)
+#define TO_MASK JOIN(convert_int, V)
+#endif
+
+static inline mask whole(real x) { return TO_MASK(x); }
+
+// Has what is read a little later brought near, on a CPU: a picture of the sky is larger than its caches.
+// Not all that translates SPIR knows how.
+static inline void fetch_texels(__global const texel* texels, mask index)
 {
-    for (int lane = 0; lane < V; ++lane) {
-        const float4 texel = texels[((int*)&index)[lane]];
-        ((float*)&rgb[0])[lane] = texel.x;
-        ((float*)&rgb[1])[lane] = texel.y;
-        ((float*)&rgb[2])[lane] = texel.z;
-        ((float*)density)[lane] = texel.w;
-    }
+#if V > 1 && defined(__has_builtin) && !defined(__SPIR__) && !defined(__SPIRV__)
+#if __has_builtin(__builtin_prefetch)
+    for (int lane = 0; lane < V; ++lane)
+        __builtin_prefetch(texels + ((int*)&index)[lane]);
+#endif
+#endif
 }
 
-#if V == 1
-static inline mask whole(real x) { return (int)x; }
-#else
-static inline mask whole(real x) { return JOIN(convert_int, V)(x); }
-#endif
+static inline void light_of(__global const texel* texels, mask index, real* rgb, real* density)
+{
+    for (int lane = 0; lane < V; ++lane) {
+        const float4 light = texels[((int*)&index)[lane]].light;
+        ((float*)&rgb[0])[lane] = light.x;
+        ((float*)&rgb[1])[lane] = light.y;
+        ((float*)&rgb[2])[lane] = light.z;
+        ((float*)density)[lane] = light.w;
+    }
+}
 
 // The environment's texel in a direction.
 static inline mask texel_towards(__global const float* scene, vector to)
@@ -43,40 +68,59 @@ static inline mask texel_towards(__global const float* scene, vector to)
     return whole(y) * (int)columns + whole(x);
 }
 
-// A direction drawn to the environment by two numbers of 32 bits.
-static inline vector towards_texel(__global const float* scene, __global const uint2* aliases, ureal x0,
-                                   ureal x1, mask* texel)
+// A point of the environment's picture.
+typedef struct {
+    mask texel;
+    real x, y; // in it, from its upper left corner, in (0, 1)
+} texel_point;
+
+static inline uint texels_in(__global const float* scene)
 {
-    const uint columns = scene[ENVIRONMENT_WIDTH];
-    const uint rows = scene[ENVIRONMENT_HEIGHT];
-    const ureal cell = mul_hi(x0, (ureal)(columns * rows));
-    const real u = unit_interval(x0 * (columns * rows)); // what chose the cell is even within it
-    real v;
+    return (uint)scene[ENVIRONMENT_WIDTH] * (uint)scene[ENVIRONMENT_HEIGHT];
+}
+
+static inline mask cell_of(__global const float* scene, ureal x0)
+{
+    return AS_MASK(mul_hi(x0, (ureal)(texels_in(scene))));
+}
+
+// Drawn by two numbers of 32 bits.
+static inline texel_point drawn_texel(__global const float* scene, __global const texel* texels, ureal x0,
+                                      ureal x1)
+{
+    const mask cell = cell_of(scene, x0);
+    ureal own, other;
     for (int lane = 0; lane < V; ++lane) {
-        const uint at = ((uint*)&cell)[lane];
-        const uint2 alias = aliases[at];
-        const uint x = ((uint*)&x1)[lane];
-        const bool own = x < alias.x;
-        ((int*)texel)[lane] = own ? at : alias.y;
-        // As even within the part that x fell into.
-        ((float*)&v)[lane] = own ? (x + 0.5f) / alias.x : (x - alias.x + 0.5f) / (4294967296.0f - alias.x);
+        __global const texel* at = texels + ((int*)&cell)[lane];
+        ((uint*)&own)[lane] = at->own;
+        ((uint*)&other)[lane] = at->other;
     }
-    const mask row = *texel / (int)columns;
-    const mask column = *texel - row * (int)columns;
-#if V == 1
-    const real row_begin = row;
-    const real column_begin = column;
-#else
-    const real row_begin = JOIN(convert_float, V)(row);
-    const real column_begin = JOIN(convert_float, V)(column);
-#endif
+    const mask itself = x1 < own;
+    texel_point p;
+    p.texel = itself ? cell : AS_MASK(other);
+    // What chose the cell is even within it, what chose its part within that.
+    p.x = unit_interval(x0 * texels_in(scene));
+    p.y = (TO_REAL(itself ? x1 : x1 - own) + 0.5f) / (itself ? TO_REAL(own) : TO_REAL(~own) + 1.0f);
+    return p;
+}
+
+static inline vector towards_point(__global const float* scene, texel_point p)
+{
+    const float columns = scene[ENVIRONMENT_WIDTH];
+    const float rows = scene[ENVIRONMENT_HEIGHT];
+    // There is no division of vectors of integers: what rounding leaves is put right.
+    mask row = whole(TO_REAL(p.texel) * (1.0f / columns));
+    mask column = p.texel - row * (int)columns;
+    const mask before = column < 0, after = column >= (int)columns;
+    row = before ? row - 1 : after ? row + 1 : row;
+    column = before ? column + (int)columns : after ? column - (int)columns : column;
     // Even by solid angle is even by height.
     real top, bottom, x, y;
-    sine_of_turns(row_begin * (0.5f / rows), &top);
-    sine_of_turns((row_begin + 1.0f) * (0.5f / rows), &bottom);
-    const real z = clamp(top + v * (bottom - top), (real)(-1.0f), (real)(1.0f));
+    sine_of_turns(TO_REAL(row) * (0.5f / rows), &top);
+    sine_of_turns((TO_REAL(row) + 1.0f) * (0.5f / rows), &bottom);
+    const real z = clamp(top + p.y * (bottom - top), (real)(-1.0f), (real)(1.0f));
     const real r = sqrt((1.0f - z) * (1.0f + z));
-    const real turn = 0.5f + scene[ENVIRONMENT_TURN] - (column_begin + u) * (1.0f / columns);
+    const real turn = 0.5f + scene[ENVIRONMENT_TURN] - (TO_REAL(column) + p.x) * (1.0f / columns);
     y = sine_of_turns(turn - floor(turn), &x);
     const vector to = {r * x, r * y, z};
     return to;
@@ -102,11 +146,16 @@ static inline real area_of(__global const float* light)
     return 4.0f * sqrt(dot3(u, u) * dot3(v, v));
 }
 
-// Draws one light, in proportion to its LIGHT_CHOICE, and a direction to it. `choice` in (0, 1), x0 and x1
-// of 32 bits.
-static inline light_draw drawn_light(__global const float* scene, __global const float4* texels,
-                                     __global const uint2* aliases, vector at, real choice, ureal x0,
-                                     ureal x1)
+// What a direction to the lights is drawn by.
+typedef struct {
+    real choice; // in (0, 1)
+    ureal x, y;  // of 32 bits
+    texel_point sky; // that x and y draw, where there is an environment
+} light_numbers;
+
+// Draws one light, in proportion to its LIGHT_CHOICE, and a direction to it.
+static inline light_draw drawn_light(__global const float* scene, __global const texel* texels,
+                                     vector at, light_numbers drawn)
 {
     light_draw d;
     d.to.x = d.to.y = 0.0f;
@@ -119,7 +168,7 @@ static inline light_draw drawn_light(__global const float* scene, __global const
         __global const float* light = light_words(scene, k);
         const int kind = light[LIGHT_KIND];
         const float probability = light[LIGHT_CHOICE];
-        const mask mine = choice > passed && choice <= passed + probability;
+        const mask mine = drawn.choice > passed && drawn.choice <= passed + probability;
         passed += probability;
         if (!any_of(mine))
             continue;
@@ -129,10 +178,9 @@ static inline light_draw drawn_light(__global const float* scene, __global const
         real rgb[3];
         real scale = 1.0f / probability;
         if (kind == ENVIRONMENT) {
-            mask texel;
             real by_angle;
-            to = towards_texel(scene, aliases, x0, x1, &texel);
-            texels_at(texels, texel, rgb, &by_angle);
+            to = towards_point(scene, drawn.sky);
+            light_of(texels, drawn.sky.texel, rgb, &by_angle);
             density = probability * by_angle;
             scale = by_angle > 0.0f ? 1.0f / density : (real)(0.0f);
         } else {
@@ -140,8 +188,8 @@ static inline light_draw drawn_light(__global const float* scene, __global const
                 rgb[ch] = light[LIGHT_RGB + ch];
         }
         if (kind == RECTANGLE)
-            to = plus(to, plus(scaled(vector_of(light + LIGHT_HALF_U), 2.0f * unit_interval(x0) - 1.0f),
-                               scaled(vector_of(light + LIGHT_HALF_V), 2.0f * unit_interval(x1) - 1.0f)));
+            to = plus(to, plus(scaled(vector_of(light + LIGHT_HALF_U), 2.0f * unit_interval(drawn.x) - 1.0f),
+                               scaled(vector_of(light + LIGHT_HALF_V), 2.0f * unit_interval(drawn.y) - 1.0f)));
         if (kind == POINT || kind == RECTANGLE) {
             to = minus(to, at);
             const real d2 = fmax(dot3(to, to), (real)(1e-20f));
@@ -164,25 +212,24 @@ static inline light_draw drawn_light(__global const float* scene, __global const
     return d;
 }
 
-// What the lights send against a ray up to length t (infinite: the environment's too), times the weight
-// of a direction drawn with density `own` against drawing lights; `camera`: the ray is the camera's.
-static inline void received(__global const float* scene, __global const float4* texels, vector at, vector to,
-                            real t, real own, mask camera, real* rgb)
+// What the lights send against a ray up to length t (infinite: the environment's too, from texel `sky`),
+// times the weight of a direction drawn with density `own` against drawing lights; `camera`: the ray is
+// the camera's, and `sky` is not known yet.
+static inline void received(__global const float* scene, __global const texel* texels, vector at, vector to,
+                            real t, real own, mask sky, bool camera, real* rgb)
 {
-    rgb[0] = rgb[1] = rgb[2] = 0.0f;
     const mask beyond = isinf(t) != 0;
-    if (any_of(beyond)) {
-        const mask shown = beyond && (!camera || (mask)(scene[SHOWS_ENVIRONMENT] > 0.0f) != (mask)(0));
-        for (int ch = 0; ch < 3; ++ch)
-            rgb[ch] = beyond && camera && !shown ? (real)(scene[BACKDROP + ch]) : (real)(0.0f);
-        if (scene[ENVIRONMENT_WIDTH] > 0.0f && any_of(shown)) {
-            real texel[3], density;
-            texels_at(texels, texel_towards(scene, to), texel, &density);
-            const real weight = shared_weight(own, scene[ENVIRONMENT_CHOICE] * density);
-            for (int ch = 0; ch < 3; ++ch)
-                rgb[ch] = shown ? texel[ch] * weight : rgb[ch];
-        }
+    const bool shown = scene[ENVIRONMENT_WIDTH] > 0.0f && (!camera || scene[SHOWS_ENVIRONMENT] > 0.0f);
+    real weight = 1.0f;
+    for (int ch = 0; ch < 3; ++ch)
+        rgb[ch] = camera ? (real)(scene[BACKDROP + ch]) : (real)(0.0f);
+    if (shown && any_of(beyond)) {
+        real density;
+        light_of(texels, camera ? texel_towards(scene, to) : sky, rgb, &density);
+        weight = shared_weight(own, scene[ENVIRONMENT_CHOICE] * density);
     }
+    for (int ch = 0; ch < 3; ++ch)
+        rgb[ch] = beyond ? rgb[ch] * weight : (real)(0.0f);
     for (int k = 0; k < (int)scene[LIGHTS]; ++k) {
         __global const float* light = light_words(scene, k);
         if ((int)light[LIGHT_KIND] != RECTANGLE)

@@ -136,7 +136,8 @@ static inline surface surface_of(__global const float* shape, vector at)
         along = crossed(around, s.z);
     } else {
         if (kind == SPHERE) {
-            s.z = unit(from);
+            s.z = scaled(from, 1.0f / shape[SHAPE_RADIUS]);
+            s.z = scaled(s.z, 1.5f - 0.5f * dot3(s.z, s.z)); // Newton's step to length 1
             s.at = plus(centre, scaled(s.z, (real)(shape[SHAPE_RADIUS])));
         }
         if (kind == SPHERE || shape[SHAPE_BRUSHED] == AROUND)
