@@ -35,10 +35,10 @@ static inline real shared_weight(real own, real other)
 static inline mask whole(real x) { return TO_MASK(x); }
 
 // Has what is read a little later brought near, on a CPU: a picture of the sky is larger than its caches.
-// Not all that translates SPIR knows how.
+// Compilers for SPIR do not all know how.
 static inline void fetch_texels(__global const texel* texels, mask index)
 {
-#if V > 1 && defined(__has_builtin) && !defined(__SPIR__) && !defined(__SPIRV__)
+#if defined(__has_builtin) && (defined(__x86_64__) || defined(__aarch64__))
 #if __has_builtin(__builtin_prefetch)
     for (int lane = 0; lane < V; ++lane)
         __builtin_prefetch(texels + ((int*)&index)[lane]);
