@@ -4,6 +4,7 @@
 #include "bench/formats.hpp"
 #include "bench/native_tasks.hpp"
 #include "bench/opencl.hpp"
+#include "bench/render.hpp"
 #include "bench/whole.hpp"
 #include "host/device/kernels.hpp"
 #include "host/device/tuning.hpp"
@@ -127,10 +128,13 @@ void print_device(const Report& report, const Device& device) {
                    percent(result.spread));
     }
     for (const Result& result : results)
-        if (result.device == device.name && result.work == rgl_work)
-            fmt::print("\nan RGL file at pairs of directions, {} thread{}: {} million/s, spread {}",
-                       result.threads, result.threads == 1 ? "" : "s", millions(&result),
-                       percent(result.spread));
+        for (const auto& [work, what] :
+             {std::pair{rgl_work, "an RGL file at pairs of directions"},
+              std::pair{render_work, "a metal sphere in a studio, samples that meet it"}})
+            if (result.device == device.name && result.work == work)
+                fmt::print("\n{}, {} thread{}: {} million/s, spread {}", what, result.threads,
+                           result.threads == 1 ? "" : "s", millions(&result),
+                           percent(result.spread));
     for (const Result& result : results)
         if (result.device == device.name && result.work == fit_work)
             fmt::print("\nfit of {} to a MERL file of {} bins, {} thread{}, process start to exit: "

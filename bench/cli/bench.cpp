@@ -3,6 +3,7 @@
 #include "bench/formats.hpp"
 #include "bench/native_tasks.hpp"
 #include "bench/opencl.hpp"
+#include "bench/render.hpp"
 #include "bench/report.hpp"
 #include "bench/whole.hpp"
 #include "host/cli/command.hpp"
@@ -70,6 +71,8 @@ int bench_as_child(const Device& device, const Options& options) {
     }
     if (one_thread && wanted(options, bench::rgl_work) && options.samples == 0)
         results.push_back(bench::measure_rgl(device, 1));
+    if (one_thread && wanted(options, bench::render_work) && options.samples == 0)
+        results.push_back(bench::measure_render(device, 1));
     if (one_thread) {
         measured.peaks.push_back(bench::measure_peaks(device, bytes_read));
         measured.peaks.back().threads = 1;
@@ -111,7 +114,7 @@ void append(bench::Measured& to, const bench::Measured& from) {
 void measure_device(const Device& device, const Options& options, const Globals& globals,
                     bench::Report& report) {
     const std::vector<Problem> problems = bench::problems(options.models);
-    Progress progress(problems.size() + 6, globals.quiet);
+    Progress progress(problems.size() + 7, globals.quiet);
     std::size_t done = 0;
     const Samples data = bench::data_of(device, options.samples);
     report.samples = data.valid_count();
@@ -154,7 +157,10 @@ void measure_device(const Device& device, const Options& options, const Globals&
         append(measured, {{bench::measure_rgl(device, threads)}, {}});
     if (wanted(options, bench::read_work) && options.samples == 0 && report.devices.size() == 1)
         append(measured, {bench::measure_reading(device, data), {}});
-    progress.show(problems.size() + 5, "compiling");
+    progress.show(problems.size() + 5, "pictures");
+    if (wanted(options, bench::render_work) && options.samples == 0 && (!one_thread || threads > 1))
+        append(measured, {{bench::measure_render(device, threads)}, {}});
+    progress.show(problems.size() + 6, "compiling");
     if (wanted(options, "compile"))
         report.compile.push_back(bench::measure_compile(device));
 }
@@ -169,7 +175,7 @@ int bench_command(const Options& options, const Globals& globals) {
     for (const std::string& work : options.works)
         if (bench::find_work(work) == nullptr && work != bench::fit_work &&
             work != bench::table_work && work != bench::run_work && work != bench::read_work &&
-            work != bench::rgl_work && work != "compile")
+            work != bench::rgl_work && work != bench::render_work && work != "compile")
             throw UsageError(fmt::format("--work {}: unknown; see brdfit bench --help", work));
     bench::problems(options.models);
     std::optional<OutputFile> json; // opened first: a path that cannot be written costs no time
@@ -205,8 +211,9 @@ void add_bench(CLI::App& app, const Globals& globals, Action& action) {
     command
         ->add_option(
             "--work", options->works,
-            fmt::format("with commas, of {}fit, run, table, read, rgl, compile; default: all",
-                        names))
+            fmt::format(
+                "with commas, of {}fit, run, table, read, rgl, render, compile; default: all",
+                names))
         ->delimiter(',')
         ->allow_extra_args(false);
     command->add_option("--json", options->json, "file to write the results to, as JSON");
