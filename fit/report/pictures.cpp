@@ -125,8 +125,11 @@ std::string CardPictures::html_of(const std::string& name,
                 ? Renderer(device_, data, best != nullptr ? best->result.material : even_material(),
                            name)
                 : Renderer(device_, *shown.fit, name);
-        shown.picture = toned(image_of(renderer.render(scene_, settings)), 0, Tone::Reinhard);
+        const Film film = renderer.render(scene_, settings);
+        shown.picture = toned(image_of(film), 0, Tone::Reinhard);
         std::string caption = shown.what;
+        if (data && i == 0)
+            caption += fmt::format("; the pictures' noise: {:.2g} %", 100 * film.noise());
         if (data && i > 0) {
             const std::vector<float> seen = flip(*all[0].picture, *shown.picture);
             caption += fmt::format(
