@@ -80,6 +80,8 @@ Report fit_all(const Samples& samples, const FitRequest& request, const Device& 
     FitDevices devices({device});
     std::vector<std::optional<FitRow>> fitted(structures.size());
     Report report{{}, request.options};
+    FitOptions options = request.options;
+    options.abandon = [&call] { return call.stopped(); };
     std::size_t begun = 0;
     const auto next = [&](std::size_t i) {
         const double count = static_cast<double>(structures.size());
@@ -101,8 +103,7 @@ Report fit_all(const Samples& samples, const FitRequest& request, const Device& 
         }
     };
     const std::exception_ptr hindrance =
-        brdfit::fit_all(devices, samples, request.options, structures, {},
-                        {next, done, [&] { return call.stopped(); }});
+        brdfit::fit_all(devices, samples, options, structures, {}, {next, done, options.abandon});
     if (hindrance)
         std::rethrow_exception(hindrance);
     for (std::optional<FitRow>& row : fitted)

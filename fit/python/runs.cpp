@@ -33,7 +33,7 @@ std::string run_only_task(const std::string& folder, const Device& device, Call&
         throw InputError(
             fmt::format("task: {} tasks; expected one, as tasks() gives it", plan.tasks.size()));
     RunOptions options;
-    options.stop = [&] { return call.stopped(); };
+    options.stop = options.abandon = [&] { return call.stopped(); };
     FitDevices devices({device});
     run_shard(plan, folder, devices, options);
     const RunLogs logs = read_logs(folder);
