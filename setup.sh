@@ -93,9 +93,9 @@ build() {
     build/brdfit devices # fails where there is no OpenCL device
 }
 
-# Every source of host and fit through clang, which does not make code of it.
+# Every source of host and fit through clang, which does not make code of it; the Python module's where it can be built.
 clang_takes_it() {
-    configure build-check -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF >/dev/null
+    configure build-check -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF $python_options >/dev/null
     sed -n 's/^ *"command": ".*c++ \(.*\) -o [^ ]* -c \(.*\)",$/clang++ \1 -fsyntax-only \2/p' \
         build-check/compile_commands.json | grep -E '/(host|fit)/[^ ]*[.]cpp$' >build-check/clang-commands
     [ -s build-check/clang-commands ]
@@ -122,6 +122,7 @@ drivers)
 check)
     install_packages $needed $needed_by_checks
     find kernels host fit bench tests \( -name '*.[ch]pp' -o -name '*.h' \) -print0 | xargs -0 clang-format --dry-run -Werror
+    prepare_python
     clang_takes_it
     echo "formatted, and clang takes it"
     ;;

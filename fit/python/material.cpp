@@ -8,12 +8,14 @@
 #include "host/albedo/material.hpp"
 #include "host/error.hpp"
 #include "host/evaluate/evaluate.hpp"
+#include "host/evaluate/klems.hpp"
 #include "host/evaluate/tabulate.hpp"
 #include "host/files/json.hpp"
 #include "host/measured/rgl.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <fmt/format.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/pair.h>
@@ -81,6 +83,17 @@ void write_rgl(const SharedMaterial& shared, const Device& device, const std::st
     rgl::write(made.tables, path);
 }
 
+void write_klems(const SharedMaterial& shared, const Device& device, const std::string& path,
+                 const std::string& name, const ProgressFunction& progress) {
+    const Material& material = shared.material();
+    const BrdfFunction function = [&](const Directions& directions) {
+        return evaluate(device, material, directions);
+    };
+    klems::write(
+        klems::matrix(function, klems::luminance_weights(material.channels, name), progress),
+        std::filesystem::path(name).stem().string(), path);
+}
+
 } // namespace
 
 void add_material(nb::module_& module) {
@@ -112,6 +125,15 @@ void add_material(nb::module_& module) {
                const std::string& device, const nb::object& progress) {
                 run(progress,
                     [&](Call& call) { write_rgl(m, opened(device), path, name, call.progress()); });
+            },
+            nb::arg("path"), nb::arg("name"), nb::arg("device"), nb::arg("progress").none())
+        .def(
+            "write_klems",
+            [](const SharedMaterial& m, const std::string& path, const std::string& name,
+               const std::string& device, const nb::object& progress) {
+                run(progress, [&](Call& call) {
+                    write_klems(m, opened(device), path, name, call.progress());
+                });
             },
             nb::arg("path"), nb::arg("name"), nb::arg("device"), nb::arg("progress").none())
         .def(

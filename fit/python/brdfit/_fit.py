@@ -224,8 +224,8 @@ def fit(
     Returns
     -------
     Fits
-        Materials are those of the command line, to the bit. Ctrl-C begins no more fits, and raises
-        KeyboardInterrupt once those under way have ended.
+        Materials are those of the command line, to the bit. Ctrl-C gives up what is under way and
+        raises KeyboardInterrupt.
 
     Raises
     ------
