@@ -142,8 +142,8 @@ void add_material(nb::module_& module) {
                const Shape& shape, const std::string& device, const nb::object& progress) {
                 const Rows lights(wi, "wi", 3), viewers(wo, "wo", 3);
                 std::vector<float> values = run(progress, [&](Call& call) {
-                    return evaluate(opened(device), m.material(),
-                                    directions_of(lights, viewers, shape), call.progress());
+                    return m.evaluator(opened(device))
+                        ->values(lights.count(), pairs_of(lights, viewers, shape), call.progress());
                 });
                 return to_array(std::move(values), {m.material().channels.size(), lights.count()});
             },
