@@ -15,6 +15,7 @@ libnlopt-dev libeigen3-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-
 libopenexr-dev libpng-dev librsvg2-dev zlib1g-dev libnanoflann-dev libsqlite3-dev"
 needed_by_tests="libgtest-dev libbenchmark-dev oclgrind"
 needed_by_python="python3-venv python3-dev"
+needed_by_mitsuba="libllvm19"
 needed_by_checks="clang clang-format"
 # What mesa-opencl-icd depends on.
 needed_by_rusticl="libclc-15 libclang-cpp15 libllvmspirvlib15 libllvm15 libdrm2 libdrm-nouveau2 libsensors5 libexpat1
@@ -81,6 +82,9 @@ prepare_python() {
         return 0
     }
     python_options="-DBRDFIT_PYTHON=ON -DPython_EXECUTABLE=$PWD/build-python/bin/python"
+    # A test compiles with it where there is one.
+    ! build-python/bin/python -c 'import mitsuba' 2>/dev/null || (install_packages $needed_by_mitsuba) ||
+        echo "Mitsuba's compiler cannot be had (Debian: libllvm19): no chi-square test of it"
 }
 
 build() {
@@ -89,9 +93,9 @@ build() {
     build/brdfit devices # fails where there is no OpenCL device
 }
 
-# Every source of host and fit through clang, which does not make code of it.
+# Every source of host and fit through clang, which does not make code of it; the Python module's where it can be built.
 clang_takes_it() {
-    configure build-check -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF >/dev/null
+    configure build-check -DBUILD_TESTING=OFF -DBRDFIT_BENCH=OFF $python_options >/dev/null
     sed -n 's/^ *"command": ".*c++ \(.*\) -o [^ ]* -c \(.*\)",$/clang++ \1 -fsyntax-only \2/p' \
         build-check/compile_commands.json | grep -E '/(host|fit)/[^ ]*[.]cpp$' >build-check/clang-commands
     [ -s build-check/clang-commands ]
@@ -118,6 +122,7 @@ drivers)
 check)
     install_packages $needed $needed_by_checks
     find kernels host fit bench tests \( -name '*.[ch]pp' -o -name '*.h' \) -print0 | xargs -0 clang-format --dry-run -Werror
+    prepare_python
     clang_takes_it
     echo "formatted, and clang takes it"
     ;;

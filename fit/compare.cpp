@@ -1,5 +1,6 @@
 #include "fit/compare.hpp"
 
+#include "fit/report.hpp"
 #include "fit/samples.hpp"
 #include "host/error.hpp"
 #include "host/measured/merl.hpp"
@@ -312,6 +313,62 @@ DifferenceMap difference_map(const ComparedValues& values, double max_theta) {
     for (const Bias& of_cell : bias)
         map.bias.push_back(of_cell.value());
     return map;
+}
+
+namespace {
+
+Json difference_json(const Difference& difference) {
+    return {{"samples", difference.samples},
+            {"errors", errors_json(difference.errors)},
+            {"bias", difference.bias},
+            {"share", difference.share},
+            {"relative",
+             {{"median", difference.median},
+              {"p95", difference.high},
+              {"largest", difference.largest},
+              {"a_is_zero", difference.zeros}}}};
+}
+
+Json bands_json(const std::vector<Band>& bands) {
+    Json rows = Json::array();
+    for (const Band& band : bands) {
+        rows.push_back({{"from", band.from}, {"to", band.to}});
+        rows.back().update(difference_json(band.difference));
+    }
+    return rows;
+}
+
+Json sample_json(const WorstSample& worst, const ComparedValues& values) {
+    Json a = Json::array(), b = Json::array();
+    for (std::size_t c = 0; c < values.a.channels.size(); ++c) {
+        a.push_back(values.a.channel(c)[worst.sample]);
+        b.push_back(values.b[c * values.a.count() + worst.sample]);
+    }
+    return {{"theta_i", worst.theta_i},
+            {"phi_i", worst.phi_i},
+            {"theta_o", worst.theta_o},
+            {"phi_o", worst.phi_o},
+            {"theta_h", worst.theta_h},
+            {"theta_d", worst.theta_d},
+            {"a", a},
+            {"b", b},
+            {"difference", worst.difference},
+            {"relative", worst.relative}};
+}
+
+} // namespace
+
+Json comparison_json(const Comparison& comparison, const ComparedValues& values, double max_theta) {
+    Json json{{"at", values.at}, {"channels", values.a.channels}, {"max_theta", max_theta}};
+    json.update(difference_json(comparison.all));
+    json["bands"] = {{"theta_i", bands_json(comparison.theta_i)},
+                     {"theta_h", bands_json(comparison.theta_h)},
+                     {"theta_d", bands_json(comparison.theta_d)}};
+    json["worst"] = Json::array();
+    for (const WorstSample& worst : comparison.worst)
+        json["worst"].push_back(sample_json(worst, values));
+    json["largest_relative"] = sample_json(comparison.largest_relative, values);
+    return json;
 }
 
 } // namespace brdfit

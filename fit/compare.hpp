@@ -3,6 +3,7 @@
 #include "fit/metric.hpp"
 #include "host/device/device.hpp"
 #include "host/evaluate/brdf.hpp"
+#include "host/files/json.hpp"
 #include "host/measured/samples.hpp"
 #include "host/progress.hpp"
 
@@ -68,6 +69,9 @@ struct Comparison {
 /// Compares at the valid samples with both directions within max_theta degrees. Throws InputError
 /// where there is none.
 Comparison compare(const ComparedValues& values, double max_theta, std::size_t worst);
+
+/// All of it for programs; what is no finite number is null.
+Json comparison_json(const Comparison& comparison, const ComparedValues& values, double max_theta);
 
 /// Nodes of a map's axes, [0, 90] degrees: theta_h in even steps of its square root.
 inline constexpr std::size_t map_cells = 45;

@@ -167,7 +167,8 @@ Objective& FileFitter::thinned_objective(const Structure& structure) {
     std::unique_ptr<Objective>& objective = thinned_objectives_[structure.key()];
     if (!objective)
         objective = std::make_unique<Objective>(
-            device_, programs_.get(structure, packed_.channels, packed_.chunk), thinned_);
+            device_, programs_.get(structure, packed_.channels, packed_.chunk), thinned_, nullptr,
+            options_.abandon);
     return *objective;
 }
 
@@ -472,7 +473,8 @@ Objective& FileFitter::full_objective(const Structure& structure) {
         programs_.get(structure, packed_.channels, packed_.chunk);
     if (full_objective_ && !same_planes(full_objective_->structure(), structure))
         full_objective_.reset(); // its planes first: they may be a gigabyte
-    full_objective_ = std::make_unique<Objective>(device_, program, packed_, full_objective_.get());
+    full_objective_ = std::make_unique<Objective>(device_, program, packed_, full_objective_.get(),
+                                                  options_.abandon);
     return *full_objective_;
 }
 

@@ -13,6 +13,7 @@
 #include "host/model/material.hpp"
 #include "host/progress.hpp"
 
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -58,6 +59,9 @@ struct FitOptions {
     /// Warm start for data like what it was fitted to: replaces the global search, unless a lobe
     /// has no strength there. Only a local optimum is promised then.
     std::optional<Material> start;
+    /// Asked before each pass over samples, by any thread: whether to give the fit up, which then
+    /// throws FitAbandoned.
+    std::function<bool()> abandon;
 };
 
 struct FitResult {

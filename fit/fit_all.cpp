@@ -194,6 +194,9 @@ class FitQueue {
         try {
             outcome.result = fitter.fit(structures_[i], progress);
             devices_.took(device, cost({i}), outcome.result->seconds);
+        } catch (const FitAbandoned&) {
+            ended_ = true;
+            return true;
         } catch (...) {
             outcome.failure = std::current_exception();
         }

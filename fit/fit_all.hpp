@@ -42,7 +42,7 @@ struct FitPlace {
 /// seconds, whatever is made at once; those of unlike devices agree to 1e-5 of their errors. A
 /// device that fails at the file or at a fit leaves the rest to the others, with a warning. Returns
 /// what hinders the fits that are left then, the file or all devices; null where none is left or it
-/// is time to stop.
+/// is time to stop. Of fits that are abandoned nothing is told.
 std::exception_ptr fit_all(FitDevices& devices, const Samples& samples, const FitOptions& options,
                            const std::vector<Structure>& structures, const FitPlace& place,
                            const FitCalls& calls);

@@ -28,9 +28,10 @@ std::size_t triangle(int n) {
 } // namespace
 
 Objective::Objective(const Device& device, std::shared_ptr<const FitProgram> program,
-                     const DeviceSamples& samples, const Objective* like)
+                     const DeviceSamples& samples, const Objective* like,
+                     std::function<bool()> abandon)
     : device_(device), program_(std::move(program)), samples_(samples),
-      reference_error_(std::numeric_limits<double>::infinity()) {
+      abandon_(std::move(abandon)), reference_error_(std::numeric_limits<double>::infinity()) {
     const StructureLayout& l = layout();
     const std::size_t all_channels = static_cast<std::size_t>(samples_.chunk * samples_.chunks);
     theta_ = make_buffer(device_, std::max<std::size_t>(l.parameters.size(), 1) * sizeof(float),
@@ -90,6 +91,8 @@ void Objective::upload_parameters(const std::vector<double>& theta, const Coeffi
 Objective::Reduced Objective::run(const char* name, const std::vector<double>& theta,
                                   const Coefficients& a, std::size_t sums, int chunk_count,
                                   bool raw_weights, std::optional<bool> secant) {
+    if (abandon_ && abandon_())
+        throw FitAbandoned();
     const auto started = std::chrono::steady_clock::now();
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);

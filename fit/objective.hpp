@@ -10,13 +10,20 @@
 #include <array>
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
 namespace brdfit {
+
+/// Thrown out of a fit that is given up; see FitOptions::abandon.
+struct FitAbandoned : std::runtime_error {
+    FitAbandoned() : std::runtime_error("the fit was given up") {}
+};
 
 /// kd and ks: [channel][diffuse, lobes...].
 using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -59,9 +66,11 @@ struct FixedSums {
 /// binds, lambda its multiplier.
 class Objective {
   public:
-    /// `like`: one on the same samples whose planes (same_planes) this one shares.
+    /// `like`: one on the same samples whose planes (same_planes) this one shares. `abandon`: see
+    /// FitOptions.
     Objective(const Device& device, std::shared_ptr<const FitProgram> program,
-              const DeviceSamples& samples, const Objective* like = nullptr);
+              const DeviceSamples& samples, const Objective* like = nullptr,
+              std::function<bool()> abandon = {});
 
     const StructureLayout& layout() const { return program_->layout; }
     const Structure& structure() const { return program_->structure; }
@@ -164,6 +173,7 @@ class Objective {
     const Device& device_;
     std::shared_ptr<const FitProgram> program_;
     DeviceSamples samples_;
+    std::function<bool()> abandon_;
     cl::Buffer planes_, theta_, coefficient_buffer_, out_;
     std::size_t out_size_ = 0;
     cl::Buffer compressed_; // phi(iz y) of a metric that is not quadratic, as samples_.values

@@ -26,7 +26,7 @@ namespace brdfit::cli {
 
 namespace {
 
-constexpr std::size_t most_panels = 256, most_pixels = std::size_t{1} << 24;
+constexpr std::size_t most_panels = 256;
 
 struct Options {
     std::vector<std::string> inputs, lights, labels;
@@ -34,8 +34,8 @@ struct Options {
                      proposal;
     RenderSettings settings;
     brushing brushed = AROUND;
-    double turn = 0, theta = 90, phi = -90, angle = 25, exposure = 0;
-    std::optional<double> tolerance;
+    double turn = 0, phi = -90, angle = 25, exposure = 0;
+    std::optional<double> theta, tolerance;
     std::size_t columns = 0; // 0: one row
     Tone tone = Tone::Reinhard;
     ExrPixel pixel = ExrPixel::Half;
@@ -86,10 +86,9 @@ void set_size(View& view, const std::string& text) {
             width = 0;
         height = width;
     }
-    constexpr std::size_t most = 8192;
-    if (width < 1 || height < 1 || width > most || height > most)
-        throw UsageError(
-            fmt::format("--size {}: expected WIDTH or WIDTHxHEIGHT of 1 to {} pixels", text, most));
+    if (width < 1 || height < 1 || width > most_side || height > most_side)
+        throw UsageError(fmt::format("--size {}: expected WIDTH or WIDTHxHEIGHT of 1 to {} pixels",
+                                     text, most_side));
     view.width = width;
     view.height = height;
 }
@@ -111,23 +110,6 @@ Rgb rgb_from(const std::string& option, const std::string& text, double most) {
     return rgb;
 }
 
-std::optional<Environment> environment_of(const Options& options) {
-    const std::string& name = options.environment;
-    if (name == "none" || (name.empty() && !options.lights.empty()))
-        return std::nullopt;
-    if (name == "softbox" || name.empty())
-        return soft_box_environment();
-    if (name == "sky")
-        return sky_environment();
-    if (name == "white")
-        return even_environment();
-    if (std::filesystem::path(name).extension() != ".exr")
-        throw UsageError(fmt::format("--environment {}: expected softbox, sky, white, none, or a "
-                                     "latitude-longitude .exr",
-                                     name));
-    return read_environment(name);
-}
-
 Scene scene_of(const Options& options) {
     Scene scene;
     scene.shapes = shapes_named(options.shape, options.brushed);
@@ -136,16 +118,18 @@ Scene scene_of(const Options& options) {
     scene.ground = rgb_from("--ground", options.ground, 1);
     if (!options.backdrop.empty())
         scene.backdrop = rgb_from("--backdrop", options.backdrop, 1e6);
-    const bool level = options.shape == "plane" || options.shape == "ground";
-    scene.view.theta = (options.has("--view") || !level ? options.theta : 70) * degree;
-    if (level && !(scene.view.theta < 89.99 * degree))
-        throw UsageError(fmt::format("--view: a {} is seen from above; expected a THETA below 90",
-                                     options.shape));
+    std::optional<double> theta;
+    if (options.theta)
+        theta = *options.theta * degree;
+    scene.view.theta = view_theta(options.shape, theta);
     scene.view.phi = options.phi * degree;
     scene.view.angle = options.angle * degree;
     set_size(scene.view, options.size);
     scene.turn = options.turn * degree;
-    scene.environment = environment_of(options);
+    const bool lit = options.environment.empty() && !options.lights.empty();
+    if (!lit)
+        scene.environment =
+            environment_named(options.environment.empty() ? "softbox" : options.environment);
     return scene;
 }
 

@@ -64,11 +64,17 @@ Vector unit_vector(const Rows& rows, std::size_t row, const Shape& shape) {
 
 Directions directions_of(const Rows& wi, const Rows& wo, const Shape& shape) {
     Directions directions = Directions::unfilled(wi.count());
-    parallel_pieces(wi.count(), piece, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t k = begin; k < end; ++k)
-            directions.set(k, unit_vector(wi, k, shape), unit_vector(wo, k, shape));
-    });
+    pairs_of(wi, wo, shape)(0, wi.count(), directions);
     return directions;
+}
+
+MakePairs pairs_of(const Rows& wi, const Rows& wo, const Shape& shape) {
+    return [&](std::size_t first, std::size_t count, Directions& into) {
+        parallel_pieces(count, piece, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k)
+                into.set(k, unit_vector(wi, first + k, shape), unit_vector(wo, first + k, shape));
+        });
+    };
 }
 
 std::vector<Vector> viewers_of(const Rows& wo, const Shape& shape) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "host/directions.hpp"
+#include "host/evaluate/evaluate.hpp"
 
 #include <cstddef>
 #include <nanobind/nanobind.h>
@@ -48,6 +49,8 @@ using Shape = std::vector<std::size_t>;
 Vector unit_vector(const Rows& rows, std::size_t row, const Shape& shape);
 /// Pairs of them, row by row, as read_directions makes them of a file.
 Directions directions_of(const Rows& wi, const Rows& wo, const Shape& shape);
+/// Makes those pairs some at a time; the arguments must outlive it.
+MakePairs pairs_of(const Rows& wi, const Rows& wo, const Shape& shape);
 /// Viewers of them, as read_viewers; throws also for one that is not above the horizon.
 std::vector<Vector> viewers_of(const Rows& wo, const Shape& shape);
 

@@ -80,7 +80,10 @@ Report fit_all(const Samples& samples, const FitRequest& request, const Device& 
     FitDevices devices({device});
     std::vector<std::optional<FitRow>> fitted(structures.size());
     Report report{{}, request.options};
+    FitOptions options = request.options;
+    options.abandon = [&call] { return call.stopped(); };
     std::size_t begun = 0;
+    std::exception_ptr first_failure;
     const auto next = [&](std::size_t i) {
         const double count = static_cast<double>(structures.size());
         call.say(static_cast<double>(begun++) / count,
@@ -95,19 +98,22 @@ Report fit_all(const Samples& samples, const FitRequest& request, const Device& 
             row.result.material.fit = fit_record(row.result, samples, request.options, device);
             fitted[outcome.index] = std::move(row);
         } catch (const std::exception& error) {
+            if (!first_failure)
+                first_failure = std::current_exception();
             const Structure& structure = structures[outcome.index];
             report.rows.failed.push_back(
                 {samples.source, structure.name(), structure.lobes.size(), message_of(error)});
         }
     };
     const std::exception_ptr hindrance =
-        brdfit::fit_all(devices, samples, request.options, structures, {},
-                        {next, done, [&] { return call.stopped(); }});
+        brdfit::fit_all(devices, samples, options, structures, {}, {next, done, options.abandon});
     if (hindrance)
         std::rethrow_exception(hindrance);
     for (std::optional<FitRow>& row : fitted)
         if (row)
             report.rows.done.push_back(std::move(*row));
+    if (report.rows.done.empty() && first_failure)
+        std::rethrow_exception(first_failure);
     return report;
 }
 

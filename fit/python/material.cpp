@@ -8,12 +8,14 @@
 #include "host/albedo/material.hpp"
 #include "host/error.hpp"
 #include "host/evaluate/evaluate.hpp"
+#include "host/evaluate/klems.hpp"
 #include "host/evaluate/tabulate.hpp"
 #include "host/files/json.hpp"
 #include "host/measured/rgl.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <fmt/format.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/pair.h>
@@ -81,6 +83,17 @@ void write_rgl(const SharedMaterial& shared, const Device& device, const std::st
     rgl::write(made.tables, path);
 }
 
+void write_klems(const SharedMaterial& shared, const Device& device, const std::string& path,
+                 const std::string& name, const ProgressFunction& progress) {
+    const Material& material = shared.material();
+    const BrdfFunction function = [&](const Directions& directions) {
+        return evaluate(device, material, directions);
+    };
+    klems::write(
+        klems::matrix(function, klems::luminance_weights(material.channels, name), progress),
+        std::filesystem::path(name).stem().string(), path);
+}
+
 } // namespace
 
 void add_material(nb::module_& module) {
@@ -115,13 +128,22 @@ void add_material(nb::module_& module) {
             },
             nb::arg("path"), nb::arg("name"), nb::arg("device"), nb::arg("progress").none())
         .def(
+            "write_klems",
+            [](const SharedMaterial& m, const std::string& path, const std::string& name,
+               const std::string& device, const nb::object& progress) {
+                run(progress, [&](Call& call) {
+                    write_klems(m, opened(device), path, name, call.progress());
+                });
+            },
+            nb::arg("path"), nb::arg("name"), nb::arg("device"), nb::arg("progress").none())
+        .def(
             "eval",
             [](const SharedMaterial& m, const nb::object& wi, const nb::object& wo,
                const Shape& shape, const std::string& device, const nb::object& progress) {
                 const Rows lights(wi, "wi", 3), viewers(wo, "wo", 3);
                 std::vector<float> values = run(progress, [&](Call& call) {
-                    return evaluate(opened(device), m.material(),
-                                    directions_of(lights, viewers, shape), call.progress());
+                    return m.evaluator(opened(device))
+                        ->values(lights.count(), pairs_of(lights, viewers, shape), call.progress());
                 });
                 return to_array(std::move(values), {m.material().channels.size(), lights.count()});
             },

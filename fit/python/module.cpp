@@ -11,7 +11,9 @@ NB_MODULE(_brdfit, module) {
     brdfit::python::add_catalogue(module);
     brdfit::python::add_samples(module);
     brdfit::python::add_material(module);
+    brdfit::python::add_render(module);
     brdfit::python::add_fit(module);
+    brdfit::python::add_compare(module);
     brdfit::python::add_tables(module);
     brdfit::python::add_runs(module);
 }

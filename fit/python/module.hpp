@@ -10,7 +10,9 @@ namespace brdfit::python {
 void add_catalogue(nanobind::module_& module);
 void add_samples(nanobind::module_& module);
 void add_material(nanobind::module_& module);
+void add_render(nanobind::module_& module);
 void add_fit(nanobind::module_& module);
+void add_compare(nanobind::module_& module);
 void add_tables(nanobind::module_& module);
 void add_runs(nanobind::module_& module);
 

@@ -1,17 +1,20 @@
 #include "fit/python/call.hpp"
 #include "fit/python/module.hpp"
+#include "fit/report/page.hpp"
 #include "fit/runs/log.hpp"
 #include "fit/runs/merge.hpp"
 #include "fit/runs/plan.hpp"
 #include "fit/runs/run.hpp"
 #include "host/error.hpp"
+#include "host/files/file.hpp"
 
 #include <filesystem>
 #include <fmt/format.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
+#include <spdlog/spdlog.h>
 
-// Large runs: the results of one, and its tasks one by one.
+// Large runs: the results of one, a report of them, and its tasks one by one.
 
 namespace brdfit::python {
 
@@ -33,7 +36,7 @@ std::string run_only_task(const std::string& folder, const Device& device, Call&
         throw InputError(
             fmt::format("task: {} tasks; expected one, as tasks() gives it", plan.tasks.size()));
     RunOptions options;
-    options.stop = [&] { return call.stopped(); };
+    options.stop = options.abandon = [&] { return call.stopped(); };
     FitDevices devices({device});
     run_shard(plan, folder, devices, options);
     const RunLogs logs = read_logs(folder);
@@ -44,6 +47,22 @@ std::string run_only_task(const std::string& folder, const Device& device, Call&
     Json row = logs.read(known.done.empty() ? *known.failed : known.done.front());
     row["file"] = plan.files.front().path;
     return dumped(row);
+}
+
+void write_report(const std::string& folder, const std::string& path, const Selection& selection,
+                  ReportOptions options, const std::string& device, Call& call) {
+    OutputFile file(path); // a path that cannot be written costs no time
+    const Results results = read_results(folder, selection, call.progress());
+    for (const std::string& note : results.notes)
+        spdlog::warn("{}", note);
+    options.next = [&](const std::string& material, std::size_t done) {
+        const double share =
+            static_cast<double>(done) / static_cast<double>(results.materials.size());
+        call.progress()(share);
+        call.say(share, material);
+    };
+    file.write(report_page(results, options, [&] { return opened(device); }));
+    file.commit();
 }
 
 } // namespace
@@ -59,6 +78,20 @@ void add_runs(nb::module_& module) {
             });
         },
         nb::arg("run"), nb::arg("csv"), nb::arg("progress").none());
+    module.def(
+        "report",
+        [](const std::string& folder, const std::string& path,
+           const std::vector<std::string>& materials, const std::vector<std::string>& models,
+           const std::string& metric, const std::string& model, std::size_t size,
+           std::size_t samples, const std::string& device, const nb::object& progress) {
+            run(progress, [&](Call& call) {
+                write_report(folder, path, {materials, models, metric}, {size, samples, model, {}},
+                             device, call);
+            });
+        },
+        nb::arg("folder"), nb::arg("path"), nb::arg("materials"), nb::arg("models"),
+        nb::arg("metric"), nb::arg("model"), nb::arg("size"), nb::arg("samples"), nb::arg("device"),
+        nb::arg("progress").none());
     module.def(
         "write_tasks",
         [](const std::string& run_folder, const std::string& folder) {

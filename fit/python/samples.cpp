@@ -121,23 +121,18 @@ SampleSet::SampleSet(const std::string& path, std::optional<bool> isotropic)
 SampleSet::SampleSet(Samples samples)
     : samples_(std::make_shared<const Samples>(std::move(samples))) {}
 
-std::vector<float> SampleSet::evaluate(const Device& device, const Directions& directions,
-                                       const ProgressFunction& progress) {
-    {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        if (samples_->sha256.empty() && !scattered_)
-            scattered_ = std::make_unique<ScatteredBrdf>(*samples_);
-        if (!samples_->sha256.empty() && !file_) {
-            auto file = std::make_unique<MeasuredBrdf>(samples_->source, isotropic_);
-            if (file->samples().sha256 != samples_->sha256)
-                throw InputError(fmt::format("{}: has changed since it was read; expected the "
-                                             "same file, to evaluate it anywhere",
-                                             samples_->source));
-            file_ = std::move(file);
-        }
-    }
-    return file_ ? file_->evaluate(device, directions, progress)
-                 : scattered_->evaluate(directions, progress);
+std::shared_ptr<const MeasuredBrdf> SampleSet::brdf() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (brdf_)
+        return brdf_;
+    if (samples_->sha256.empty())
+        return brdf_ = std::make_shared<MeasuredBrdf>(*samples_);
+    auto file = std::make_shared<MeasuredBrdf>(samples_->source, isotropic_);
+    if (file->samples().sha256 != samples_->sha256)
+        throw InputError(fmt::format("{}: has changed since it was read; expected the same file, "
+                                     "to evaluate it anywhere",
+                                     samples_->source));
+    return brdf_ = std::move(file);
 }
 
 void add_samples(nb::module_& module) {
@@ -212,7 +207,7 @@ void add_samples(nb::module_& module) {
                 const Rows lights(wi, "wi", 3), viewers(wo, "wo", 3);
                 std::vector<float> values = run(progress, [&](Call& call) {
                     const Directions directions = directions_of(lights, viewers, shape);
-                    return set.evaluate(opened(device), directions, call.progress());
+                    return set.brdf()->evaluate(opened(device), directions, call.progress());
                 });
                 return to_array(std::move(values), {set.samples().channels.size(), lights.count()});
             },

@@ -21,17 +21,15 @@ class SampleSet {
 
     const Samples& samples() const { return *samples_; }
     const std::shared_ptr<const Samples>& shared() const { return samples_; }
-    /// At any directions: a file as MeasuredBrdf has it, arrays by Shepard's method. Throws
-    /// InputError where a file has changed since it was read.
-    std::vector<float> evaluate(const Device& device, const Directions& directions,
-                                const ProgressFunction& progress);
+    /// As a function of directions, made where it is asked for first. Throws InputError where a
+    /// file has changed since it was read.
+    std::shared_ptr<const MeasuredBrdf> brdf();
 
   private:
     std::shared_ptr<const Samples> samples_;
     std::optional<bool> isotropic_; // what it was read with
-    std::mutex mutex_;              // of the two below, made where they are asked for
-    std::unique_ptr<MeasuredBrdf> file_;
-    std::unique_ptr<ScatteredBrdf> scattered_;
+    std::mutex mutex_;              // of what is below
+    std::shared_ptr<const MeasuredBrdf> brdf_;
 };
 
 } // namespace brdfit::python

@@ -188,7 +188,8 @@ class Runner {
                 record_failure(task, reason);
         };
         calls.stop = [&] { return stopping(); };
-        const FitOptions fit_options = plan_.options_of(*tasks.front());
+        FitOptions fit_options = plan_.options_of(*tasks.front());
+        fit_options.abandon = options_.abandon;
         const FitPlace place{home, jobs_, static_cast<std::size_t>(options_.fits_at_once), &packed};
         const std::exception_ptr hindrance =
             fit_all(devices_, samples, fit_options, structures, place, calls);

@@ -9,7 +9,7 @@
 namespace brdfit {
 
 /// How a shard is run, and what is told of it. The functions are never called by two threads at
-/// once, but `stop`, which may be.
+/// once, but `stop` and `abandon`, which may be.
 struct RunOptions {
     Shard shard;
     // In threads; results are the same whatever they are.
@@ -17,6 +17,8 @@ struct RunOptions {
     int fits_at_once = 0; ///< to one file, on a device; 0: as many as keep the device busy
     bool retry_failed = false;
     std::function<bool()> stop; ///< whether no further task is to be begun
+    /// Whether those under way are to be given up too, by any thread; they are left undone.
+    std::function<bool()> abandon;
     /// Before the first task: how many are to be made.
     std::function<void(std::size_t tasks)> begin;
     /// A task begins; `done` of those were finished.

@@ -284,10 +284,11 @@ void AlbedoIntegrator::integrate(std::vector<Running>& running, const ProgressFu
     while (!open.empty() && points < most_replicate_points) {
         const cl_uint more = std::max(points, first);
         const double round = static_cast<double>(more) * static_cast<double>(open.size());
-        // Nothing is known before the first round.
         add_points(open, points, more, [&](double share) {
             if (points > 0)
                 told_at(done + share * round);
+            else // nothing is known before the first round
+                tell(progress, told);
         });
         points += more;
         done += round;

@@ -17,7 +17,7 @@ namespace brdfit {
 class Brdf {
   public:
     explicit Brdf(Material material) : material_(std::move(material)) {}
-    explicit Brdf(std::unique_ptr<MeasuredBrdf> measured) : measured_(std::move(measured)) {}
+    explicit Brdf(std::shared_ptr<const MeasuredBrdf> measured) : measured_(std::move(measured)) {}
 
     /// The measured file, or nullptr: a material.
     const MeasuredBrdf* measured() const { return measured_.get(); }
@@ -29,7 +29,7 @@ class Brdf {
 
   private:
     std::optional<Material> material_;
-    std::unique_ptr<MeasuredBrdf> measured_;
+    std::shared_ptr<const MeasuredBrdf> measured_;
 };
 
 } // namespace brdfit

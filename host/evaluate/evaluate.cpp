@@ -13,13 +13,20 @@ namespace {
 
 constexpr std::size_t pairs_a_pass = std::size_t{1} << 18;
 
+MakePairs copies_of(const Directions& directions) {
+    return [&directions](std::size_t first, std::size_t count, Directions& into) {
+        for (int p = 0; p < Directions::plane_count; ++p) {
+            const auto plane = static_cast<Directions::Plane>(p);
+            std::copy_n(directions.plane(plane) + first, count, into.plane(plane));
+        }
+    };
+}
+
 } // namespace
 
 std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
-                                       cl_uint out_argument, std::size_t outputs,
-                                       const Directions& directions,
-                                       const ProgressFunction& progress) {
-    const std::size_t total = directions.count();
+                                       cl_uint out_argument, std::size_t outputs, std::size_t total,
+                                       const MakePairs& make, const ProgressFunction& progress) {
     const auto width = static_cast<std::size_t>(device.form.vector_width);
     const std::size_t pass =
         std::min({pairs_a_pass, padded(total, width),
@@ -27,22 +34,21 @@ std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
                       (sizeof(float) * std::max<std::size_t>(outputs, Directions::plane_count)) /
                       width * width});
     std::vector<float> result(outputs * total);
-    std::vector<float> staged(pass * Directions::plane_count);
+    Directions staged(pass);
     std::vector<float> values(pass * outputs);
-    const cl::Buffer in = make_buffer(device, staged.size() * sizeof(float), CL_MEM_READ_ONLY);
+    const cl::Buffer in =
+        make_buffer(device, staged.data().size() * sizeof(float), CL_MEM_READ_ONLY);
     const cl::Buffer out = make_buffer(device, values.size() * sizeof(float), CL_MEM_WRITE_ONLY);
     kernel.setArg(0, in);
     kernel.setArg(out_argument, out);
     for (std::size_t begin = 0; begin < total; begin += pass) {
         const std::size_t count = std::min(pass, total - begin);
         const std::size_t stride = padded(count, width);
-        // Padding has wi.z = 0: below the horizon.
-        std::fill(staged.begin(), staged.end(), 0.0F);
-        for (std::size_t p = 0; p < Directions::plane_count; ++p)
-            std::copy_n(directions.plane(static_cast<Directions::Plane>(p)) + begin, count,
-                        staged.begin() + static_cast<std::ptrdiff_t>(p * stride));
-        device.queue.enqueueWriteBuffer(
-            in, CL_TRUE, 0, stride * Directions::plane_count * sizeof(float), staged.data());
+        if (stride < staged.count()) // the last ones; padding has wi.z = 0: below the horizon
+            staged = Directions(stride);
+        make(begin, count, staged);
+        device.queue.enqueueWriteBuffer(in, CL_TRUE, 0, staged.data().size() * sizeof(float),
+                                        staged.data().data());
         kernel.setArg(1, static_cast<cl_uint>(stride / width));
         enqueue_runs(device, kernel, stride / width);
         device.queue.enqueueReadBuffer(out, CL_TRUE, 0, stride * outputs * sizeof(float),
@@ -53,6 +59,14 @@ std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
         tell(progress, static_cast<double>(begin + count) / static_cast<double>(total));
     }
     return result;
+}
+
+std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
+                                       cl_uint out_argument, std::size_t outputs,
+                                       const Directions& directions,
+                                       const ProgressFunction& progress) {
+    return run_over_directions(device, kernel, out_argument, outputs, directions.count(),
+                               copies_of(directions), progress);
 }
 
 std::vector<float> device_parameters(const Material& material, bool isotropic) {
@@ -86,32 +100,39 @@ std::vector<float> device_parameters(const Material& material, bool isotropic) {
     return words;
 }
 
-std::vector<float> evaluate(const Device& device, const Material& material,
-                            const Directions& directions, const ProgressFunction& progress) {
+Evaluator::Evaluator(const Device& device, const Material& material)
+    : device_(device), channels_(material.channels.size()) {
     Structure structure;
     structure.diffuse = material.diffuse;
     structure.isotropic = std::all_of(material.lobes.begin(), material.lobes.end(),
                                       [](const Lobe& lobe) { return lobe.isotropic; });
-    const std::size_t channels = material.channels.size();
     const std::size_t basis = 1 + material.lobes.size();
-    std::vector<double> coefficients(channels * basis);
-    for (std::size_t ch = 0; ch < channels; ++ch)
+    std::vector<double> coefficients(channels_ * basis);
+    for (std::size_t ch = 0; ch < channels_; ++ch)
         coefficients[ch * basis] = material.kd[ch];
     for (std::size_t l = 0; l < material.lobes.size(); ++l) {
         const Lobe& lobe = material.lobes[l];
         structure.lobes.push_back(lobe.model);
-        for (std::size_t ch = 0; ch < channels; ++ch)
+        for (std::size_t ch = 0; ch < channels_; ++ch)
             coefficients[ch * basis + l + 1] = lobe.ks[ch];
     }
-    const cl::Program program = build_program(device, structure, 1, 1);
-    cl::Kernel kernel(program, "evaluate");
-    const cl::Buffer theta_buffer =
-        upload(device, device_parameters(material, structure.isotropic));
-    const cl::Buffer coefficient_buffer = upload(device, to_float(coefficients));
-    kernel.setArg(2, theta_buffer);
-    kernel.setArg(3, coefficient_buffer);
-    kernel.setArg(4, static_cast<cl_int>(channels));
-    return run_over_directions(device, kernel, 5, channels, directions, progress);
+    program_ = build_program(device_, structure, 1, 1);
+    theta_ = upload(device_, device_parameters(material, structure.isotropic));
+    coefficients_ = upload(device_, to_float(coefficients));
+}
+
+std::vector<float> Evaluator::values(std::size_t count, const MakePairs& make,
+                                     const ProgressFunction& progress) const {
+    cl::Kernel kernel(program_, "evaluate");
+    kernel.setArg(2, theta_);
+    kernel.setArg(3, coefficients_);
+    kernel.setArg(4, static_cast<cl_int>(channels_));
+    return run_over_directions(device_, kernel, 5, channels_, count, make, progress);
+}
+
+std::vector<float> evaluate(const Device& device, const Material& material,
+                            const Directions& directions, const ProgressFunction& progress) {
+    return Evaluator(device, material).values(directions.count(), copies_of(directions), progress);
 }
 
 ModelValues evaluate_model(const Device& device, const Model& model, bool isotropic,

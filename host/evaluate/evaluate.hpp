@@ -5,6 +5,8 @@
 #include "host/model/material.hpp"
 #include "host/progress.hpp"
 
+#include <cstddef>
+#include <functional>
 #include <vector>
 
 namespace brdfit {
@@ -13,8 +15,26 @@ namespace brdfit {
 /// table, the offset of each lobe's table follows (0: none) and then the tables.
 std::vector<float> device_parameters(const Material& material, bool isotropic);
 
-/// The material's BRDF in 1/sr at each pair of directions, [channel][pair]: 0 below the horizon,
-/// finite everywhere.
+/// Makes pairs [first, first + count) of directions, to be the first `count` of `into`.
+using MakePairs = std::function<void(std::size_t first, std::size_t count, Directions& into)>;
+
+/// A material on a device, ready to be evaluated: for many calls, by any threads.
+class Evaluator {
+  public:
+    Evaluator(const Device& device, const Material& material);
+    /// The BRDF in 1/sr at `count` pairs of directions, [channel][pair]: 0 below the horizon,
+    /// finite everywhere. `make` is called for some of them at a time, in order.
+    std::vector<float> values(std::size_t count, const MakePairs& make,
+                              const ProgressFunction& progress = {}) const;
+
+  private:
+    const Device device_;
+    const std::size_t channels_;
+    cl::Program program_;
+    cl::Buffer theta_, coefficients_;
+};
+
+/// The same of one call, at pairs that are there.
 std::vector<float> evaluate(const Device& device, const Material& material,
                             const Directions& directions, const ProgressFunction& progress = {});
 
@@ -34,6 +54,10 @@ ModelValues evaluate_model(const Device& device, const Model& model, bool isotro
 /// Runs a kernel whose arguments 0 and 1 are directions and their count in vectors over all pairs,
 /// in passes; its other arguments but `out_argument` must be set. Returns its planes,
 /// [output][pair].
+std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
+                                       cl_uint out_argument, std::size_t outputs, std::size_t count,
+                                       const MakePairs& make,
+                                       const ProgressFunction& progress = {});
 std::vector<float> run_over_directions(const Device& device, cl::Kernel& kernel,
                                        cl_uint out_argument, std::size_t outputs,
                                        const Directions& directions,

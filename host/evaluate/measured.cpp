@@ -8,6 +8,7 @@
 #include "host/measured/read.hpp"
 
 #include <fmt/format.h>
+#include <utility>
 
 namespace brdfit {
 
@@ -27,6 +28,13 @@ MeasuredBrdf::MeasuredBrdf(const std::string& path, std::optional<bool> isotropi
     } else {
         scattered_.emplace(samples_);
     }
+}
+
+MeasuredBrdf::MeasuredBrdf(Samples samples) : samples_(std::move(samples)) {
+    if (samples_.valid_count() == 0)
+        throw InputError(
+            fmt::format("{}: no valid samples; expected some to evaluate", samples_.source));
+    scattered_.emplace(samples_);
 }
 
 const char* MeasuredBrdf::method() const {

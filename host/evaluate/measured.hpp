@@ -20,6 +20,9 @@ class MeasuredBrdf {
     /// Throws InputError for a file that cannot be read or has no valid sample. `isotropic` as
     /// read_samples takes it.
     explicit MeasuredBrdf(const std::string& path, std::optional<bool> isotropic = std::nullopt);
+    /// Of scattered samples, of no file. Throws InputError, naming their source, where none is
+    /// valid.
+    explicit MeasuredBrdf(Samples samples);
 
     const Samples& samples() const { return samples_; }
     const std::vector<std::string>& channels() const { return samples_.channels; }

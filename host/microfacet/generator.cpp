@@ -28,7 +28,9 @@ cl::Program generator_program(const Device& device) {
 }
 
 constexpr std::size_t tile = VISIBLE_TILE;
-constexpr std::size_t most_floats_out = std::size_t{1} << 24;
+/// Pairs of a node and a direction a launch, about: a second of two cores, after which progress is
+/// told.
+constexpr std::size_t most_pairs = std::size_t{1} << 30;
 /// Nodes on the device at once, about: 32 MiB, whatever the distribution.
 constexpr std::size_t most_nodes = std::size_t{1} << 21;
 /// Of <h.n>: single precision holds products of two areas down to LEAST_AREA of it.
@@ -311,7 +313,7 @@ void Generator::add_areas(const Piece& nodes, const std::vector<Vector>& directi
     const auto width = static_cast<std::size_t>(device_.form.vector_width);
     const auto local = static_cast<std::size_t>(device_.form.local_size);
     const std::size_t blocks = nodes.stride / block;
-    const std::size_t most_tiles = std::max<std::size_t>(1, most_floats_out / (blocks * tile));
+    const std::size_t most_tiles = std::max<std::size_t>(1, most_pairs / (nodes.stride * tile));
     cl::Kernel kernel(program_, "visible");
     for (std::size_t begin = 0; begin < directions.size(); begin += most_tiles * tile) {
         const std::size_t end = std::min(directions.size(), begin + most_tiles * tile);
@@ -393,8 +395,7 @@ void Generator::reflect(MicrofacetTable& table, std::size_t fineness,
     const std::vector<std::size_t> own_fineness(part_shares.size(), coarse * fineness);
     for_pieces(table.distribution, own_fineness, [&](const Piece& nodes) {
         const std::size_t blocks = nodes.stride / block;
-        const std::size_t most =
-            std::max<std::size_t>(1, most_floats_out / (blocks * REFLECTANCE_SUMS));
+        const std::size_t most = std::max<std::size_t>(1, most_pairs / nodes.stride);
         for (std::size_t begin = 0; begin < directions.size(); begin += most) {
             const std::size_t count = std::min(most, directions.size() - begin);
             const auto first = directions.begin() + static_cast<std::ptrdiff_t>(begin);

@@ -155,6 +155,22 @@ Environment even_environment() {
     return filled("white", 16, [](const Vector&) -> Rgb { return {1, 1, 1}; });
 }
 
+std::optional<Environment> environment_named(const std::string& name) {
+    if (name == "none")
+        return std::nullopt;
+    if (name == "softbox")
+        return soft_box_environment();
+    if (name == "sky")
+        return sky_environment();
+    if (name == "white")
+        return even_environment();
+    if (std::filesystem::path(name).extension() != ".exr")
+        throw UsageError(fmt::format("--environment {}: expected softbox, sky, white, none, or a "
+                                     "latitude-longitude .exr",
+                                     name));
+    return read_environment(name);
+}
+
 AliasTable alias_table(const Environment& environment) {
     const std::size_t count = environment.texels.size();
     AliasTable table;

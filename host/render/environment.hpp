@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,10 @@ Environment sky_environment();
 Environment soft_box_environment();
 /// The same radiance, 1, from everywhere: a white furnace.
 Environment even_environment();
+
+/// One of these three by its name (softbox, sky, white), a latitude-longitude .exr, or none.
+/// Throws UsageError for another name, InputError like read_environment.
+std::optional<Environment> environment_named(const std::string& name);
 
 /// Which texels to draw how often: the method of Walker 1977, built as by Vose 1991. A cell, drawn
 /// evenly, is itself with probability own / 2^32, and otherwise texel `other`.

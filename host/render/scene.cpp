@@ -149,6 +149,15 @@ std::vector<SceneShape> shapes_named(const std::string& name, brushing brushed) 
     return shapes;
 }
 
+double view_theta(const std::string& shape, std::optional<double> theta) {
+    const bool level = shape == "plane" || shape == "ground";
+    const double chosen = theta.value_or((level ? 70 : 90) * degree);
+    if (level && !(chosen < 89.99 * degree))
+        throw UsageError(
+            fmt::format("--view: a {} is seen from above; expected less than 90 degrees", shape));
+    return chosen;
+}
+
 SceneLight light_from(const std::string& text) {
     const auto fail = [&] {
         return UsageError(fmt::format(

@@ -38,6 +38,9 @@ struct View {
     std::size_t width = 512, height = 512;          ///< pixels
 };
 
+inline constexpr std::size_t most_side = 8192;                   ///< of a picture, pixels
+inline constexpr std::size_t most_pixels = std::size_t{1} << 24; ///< of all that are made at once
+
 struct Scene {
     std::vector<SceneShape> shapes; ///< at least one
     std::vector<SceneLight> lights;
@@ -51,6 +54,10 @@ struct Scene {
 /// The shapes of a name: sphere, row:N, grid:COLUMNSxROWS (of spheres), cylinder, plane, ground (a
 /// sphere on a plane). Throws UsageError for others, and for more than 64 spheres.
 std::vector<SceneShape> shapes_named(const std::string& name, brushing brushed);
+
+/// View::theta for the shapes of a name: `theta`, or what suits them. Throws UsageError where a
+/// plane would not be seen from above.
+double view_theta(const std::string& shape, std::optional<double> theta);
 
 /// A light from text: point:X,Y,Z,I or directional:THETA,PHI,E (degrees) or
 /// rectangle:X,Y,Z,WIDTH,HEIGHT,L, which faces the origin; I, E, L one number or three, R,G,B.

@@ -2,8 +2,6 @@
 
 import json
 import math
-import os
-import signal
 import threading
 import time
 
@@ -114,15 +112,6 @@ def test_an_exception_of_progress_comes_out(measured):
 
     with pytest.raises(KeyError, match="enough"):
         brdfit.fit(measured, ["ward", "kurt", "ggx"], progress=fail)
-
-
-def test_interrupts_stop_a_fit(measured):
-    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
-    timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        brdfit.fit(measured, "all", [1, 2])
-    timer.join()
-    assert brdfit.fit(measured, "lambert")[0].model == "lambert"  # all is well afterwards
 
 
 def test_other_threads_run_meanwhile(measured):

@@ -245,6 +245,12 @@ def test_errors_are_those_of_a_fit(measured):
         assert error == pytest.approx(fit.errors[metric], rel=1e-5)
 
 
+def test_errors_are_the_programs(measured, measured_file, saved):
+    material = material_of("ggx", True)
+    theirs = json.loads(command("compare", measured_file, saved(material), "--max-theta", 70, "--json"))
+    assert material.errors(measured, max_theta=70) == theirs["errors"]
+
+
 def test_a_notebook_sees_a_table_and_a_picture(plastic):
     text = plastic._repr_html_()
     assert "kurt" in text and "<svg" in text and text.count("<polyline") == 3
@@ -260,6 +266,11 @@ def test_export_is_what_convert_writes(plastic, saved, tmp_path):
     theirs = (tmp_path / "theirs.bsdf").read_bytes()
     # but for the name of the source in the description
     assert abs(len(ours) - len(theirs)) < 64 and ours[-100000:] == theirs[-100000:]
+    matrix = path.with_suffix(".xml").name  # which has the material's name in it
+    plastic.export(tmp_path / matrix)
+    (tmp_path / "theirs").mkdir()
+    command("convert", path, tmp_path / "theirs" / matrix)
+    assert (tmp_path / matrix).read_bytes() == (tmp_path / "theirs" / matrix).read_bytes()
     plastic.export(tmp_path / "m.json")
     assert brdfit.Material.load(tmp_path / "m.json") == plastic
 

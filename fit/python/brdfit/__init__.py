@@ -12,11 +12,12 @@ degrees.
 
 from . import _brdfit
 from ._brdfit import Device, Model, Parameter
+from ._compare import compare
 from ._device import devices
 from ._errors import DeviceError, InputError
 from ._fit import Fit, Fits, fit
 from ._material import Material
-from ._runs import fit_task, results, tasks
+from ._runs import fit_task, report, results, tasks
 from ._samples import Samples, read
 from ._tables import Axis, Distribution, Table, generate, presets, table
 
@@ -43,6 +44,7 @@ __all__ = [
     "Parameter",
     "Samples",
     "Table",
+    "compare",
     "devices",
     "fit",
     "fit_task",
@@ -50,6 +52,7 @@ __all__ = [
     "models",
     "presets",
     "read",
+    "report",
     "results",
     "table",
     "tasks",

@@ -224,13 +224,15 @@ def fit(
     Returns
     -------
     Fits
-        Materials are those of the command line, to the bit. Ctrl-C begins no more fits, and raises
-        KeyboardInterrupt once those under way have ended.
+        Materials are those of the command line, to the bit. Ctrl-C gives up what is under way and
+        raises KeyboardInterrupt.
 
     Raises
     ------
     InputError
-        For a contradiction among the arguments, or where every fit failed, with the first reason.
+        For a contradiction among the arguments.
+
+    Where every fit failed, what the first one failed with.
     """
     measured = samples if isinstance(samples, Samples) else read(samples)
     if start is not None and not isinstance(start, Material):
@@ -255,7 +257,4 @@ def fit(
         Fit(Material._of(core), json.loads(row), found, place)
         for place, (core, row) in enumerate(zip(found.materials(), found.json()))
     ]
-    failed = found.failed()
-    if not fits:
-        raise InputError(failed[0][2] if failed else "models: nothing to fit")
-    return Fits(fits, failed)
+    return Fits(fits, found.failed())

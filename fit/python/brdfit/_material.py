@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any, Union
@@ -15,6 +16,7 @@ from ._arrays import Float32s, Float64s, floats, last, number, pairs, rows, vect
 from ._device import DeviceLike, wish
 from ._errors import InputError
 from ._progress import Progress, reporter
+from ._render import Colour, wishes
 from ._samples import Path, Samples
 
 #: kd, a number or one a channel, or the object "diffuse" of a material file.
@@ -136,17 +138,18 @@ class Material:
     def export(self, path: Path, *, device: DeviceLike = None, progress: Progress = None) -> None:
         """Writes the material for other programs, in the format of the name's ending.
 
-        .bsdf is the RGL database's format, which Mitsuba reads ("measured"), tabulated as
-        `brdfit convert` does; .json is a material file.
+        .bsdf is the RGL database's format, which Mitsuba reads ("measured"), and .xml a Klems matrix
+        (Radiance, WINDOW), both tabulated as `brdfit convert` does; .json is a material file.
         """
         name = os.fspath(path)
         if name.endswith(".json"):
             self.save(name)
             return
-        if not name.endswith(".bsdf"):
-            raise InputError(f"{name}: unknown ending; expected .bsdf or .json")
+        if not name.endswith((".bsdf", ".xml")):
+            raise InputError(f"{name}: unknown ending; expected .bsdf, .xml or .json")
+        write = self._core.write_rgl if name.endswith(".bsdf") else self._core.write_klems
         with reporter(progress, "tabulating") as report:
-            self._core.write_rgl(name, os.path.basename(name), wish(device), report)
+            write(name, os.path.basename(name), wish(device), report)
 
     def to_mitsuba(self, path: Path | None = None, *, device: DeviceLike = None) -> dict[str, Any]:
         """A dict for mitsuba.load_dict: its plugin "measured" with a file of export().
@@ -320,6 +323,82 @@ class Material:
                 report,
             )
         return last(values, shape), last(errors, shape)
+
+    def render(
+        self,
+        shape: str = "sphere",
+        *,
+        size: int | tuple[int, int] = 512,
+        samples: int | None = None,
+        environment: str | None = None,
+        lights: Sequence[str] = (),
+        turn: float = 0.0,
+        ground: Colour | None = None,
+        backdrop: Colour | None = None,
+        brushed: str = "around",
+        view: float | None = None,
+        around: float = -math.pi / 2,
+        angle: float = math.radians(25),
+        bounces: int = 0,
+        tolerance: float | None = None,
+        sampling: str = "both",
+        seed: int = 0,
+        device: DeviceLike = None,
+        progress: Progress = None,
+    ) -> Float32s:
+        """A picture of it on a simple shape, linear red, green and blue in W/(m2 sr) -> (H, W, 3), float32.
+
+        The values of `brdfit render -o picture.exr --pixel float`; row 0 is the top one.
+
+        Parameters
+        ----------
+        shape : str
+            "sphere", "row:N" or "grid:COLUMNSxROWS" of spheres, "cylinder", "plane", or "ground", a
+            sphere on a plane.
+        size : int or (int, int)
+            Pixels, or width and height; 1 to 8192, 2**24 in all.
+        samples : int, optional
+            A pixel; 64 by default, with a `tolerance` at most 65536.
+        environment : str, optional
+            "softbox" (the default without lights), "sky", "white", "none", or a latitude-longitude
+            .exr.
+        lights : sequence of str
+            "point:X,Y,Z,INTENSITY", "directional:THETA,PHI,IRRADIANCE" (degrees) or
+            "rectangle:X,Y,Z,WIDTH,HEIGHT,RADIANCE".
+        turn : float
+            Of the environment about the vertical, radians.
+        ground, backdrop
+            Albedo of the plane under the sphere of "ground", 0.5 by default; radiance behind the
+            shapes in place of the environment. One number, or red, green and blue.
+        brushed : str
+            Which way the tangent runs: "around" the shape's axis, or "along" it.
+        view, around, angle : float
+            The camera's angle from straight above (pi/2, above planes 70 degrees, by default), its
+            azimuth, and the picture's smaller angle of view; radians.
+        bounces : int
+            Of light between the shapes, 0 to 64.
+        tolerance : float, optional
+            Ends where the noise is at most this share of the mean radiance; warns where it is not
+            reached.
+        sampling : str
+            How directions are drawn: "both" (lights and material), "lights", "material" or
+            "uniform". All tend to the same picture.
+        seed : int
+            Another seed, other noise.
+
+        Raises
+        ------
+        InputError
+            Naming the argument; also for a material whose channels are not one, three or
+            wavelengths.
+        """
+        wished = wishes(
+            shape=shape, size=size, samples=samples, environment=environment, lights=lights, turn=turn, ground=ground,
+            backdrop=backdrop, brushed=brushed, view=view, around=around, angle=angle, bounces=bounces,
+            tolerance=tolerance, sampling=sampling, seed=seed,
+        )  # fmt: skip
+        with reporter(progress, "rendering") as report:
+            return np.moveaxis(_brdfit.render(self._core, wished, wish(device), report), 0, -1)
 
     def errors(
         self,

@@ -143,8 +143,8 @@ class Samples:
     def save(self, path: Path, *, progress: Progress = None) -> None:
         """Writes the valid samples, in the format of the name's ending, as `brdfit convert` does.
 
-        .binary (MERL, of isotropic data of three channels), .csv (scattered) or .npy. The file
-        appears whole or not at all and replaces an older one. Raises InputError for another ending,
+        .binary (MERL, of isotropic data of three channels), .csv (scattered), .astm, .npy or .npz.
+        The file appears whole or not at all and replaces an older one. Raises InputError for another ending,
         and for data that the format cannot hold.
         """
         with reporter(progress, "writing") as report:
