@@ -28,7 +28,7 @@ try:
 except ImportError as error:
     sys.exit(f"table.py: {error}; expected Mitsuba 3 and NumPy: pip install mitsuba numpy")
 
-REFERENCE, AGAIN = "measured", "measured, other random numbers"
+REFERENCE, AGAIN = "measured", "measured again"  # the latter with other random numbers
 # Paths that Mitsuba's LLVM variant follows at a time, some hundred bytes each, and samples of a pixel that its sampler
 # spreads evenly.
 PATHS_A_PASS, SAMPLES_A_PASS = 2**24, 256
@@ -152,8 +152,9 @@ class Progress:
 
 def brdfit(options: argparse.Namespace, *arguments: object) -> str:
     """Runs the program; returns what it prints. Ends with its status where it fails, after what it says."""
+    quiet = ["--quiet"] if options.quiet else []
     try:
-        done = subprocess.run([options.brdfit, "--quiet", *map(str, arguments)], stdout=subprocess.PIPE, text=True)
+        done = subprocess.run([options.brdfit, *quiet, *map(str, arguments)], stdout=subprocess.PIPE, text=True)
     except OSError as error:
         sys.exit(f"table.py: {options.brdfit}: {error.strerror}; expected the program brdfit (--brdfit)")
     if done.returncode != 0:
@@ -197,12 +198,12 @@ def report(options: argparse.Namespace, rows: list[dict]) -> None:
         table = csv.writer(file)
         table.writerow(["model", f"{options.metric}_error", "psnr_r", "psnr_g", "psnr_b", "psnr"])
         table.writerows([row["name"], row.get("error", ""), *row["psnr"]] for row in rows if row["name"] != REFERENCE)
-    print(f"{'':<32}{options.metric + ' error':>12}{'R':>8}{'G':>8}{'B':>8}{'PSNR, dB':>10}")
+    print(f"{'':<20}{options.metric + ' error':>12}{'R':>8}{'G':>8}{'B':>8}{'PSNR, dB':>10}")
     for row in rows:
         if row["name"] != REFERENCE:
             error = f"{row['error']:.4g}" if "error" in row else ""
             red, green, blue, mean = row["psnr"]
-            print(f"{row['name']:<32}{error:>12}{red:8.2f}{green:8.2f}{blue:8.2f}{mean:10.2f}")
+            print(f"{row['name']:<20}{error:>12}{red:8.2f}{green:8.2f}{blue:8.2f}{mean:10.2f}")
     mi.util.write_bitmap(str(options.output / "strip.png"), strip(rows).astype(np.float32))
 
 
@@ -228,7 +229,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--metric", default="ngan", help="that the fits minimise (default: ngan)")
     parser.add_argument("--max-theta", default="80", help="as of brdfit fit (default: 80)")
     parser.add_argument("--size", type=size, default=(320, 200), help="of a picture (default: 320x200)")
-    parser.add_argument("--samples", type=positive, default=1024, help="a pixel (default: 1024)")
+    parser.add_argument("--samples", type=positive, default=256, help="a pixel (default: 256)")
     parser.add_argument("--bounces", type=positive, default=5, help="of light (default: 5)")
     parser.add_argument("--brdfit", default="brdfit", help="the program (default: the one on the path)")
     parser.add_argument("--quiet", action="store_true", help="no progress")
@@ -246,16 +247,20 @@ def main() -> None:
     options.output.mkdir(parents=True, exist_ok=True)
     rows = materials(options)
     mi.set_variant(choose_variant(rows[0]["bsdf"]))
+    mi.set_log_level(mi.LogLevel.Error)  # not of a number of samples that its sampler rounds
     progress = Progress(options.quiet, len(rows))
     for i, row in enumerate(rows):
         row["picture"] = render(scene(row["bsdf"], *options.size, options.bounces), options.samples, i,
                                 lambda share: progress.show(i, row["name"], share))  # fmt: skip
         row["psnr"] = psnr(rows[0]["picture"], row["picture"])
-        name = "measured-again" if row["name"] == AGAIN else row["name"]
-        mi.Bitmap(row["picture"].astype(np.float32)).write(str(options.output / f"{name}.exr"))
+        name = row["name"].replace(" ", "-") + ".exr"
+        mi.Bitmap(row["picture"].astype(np.float32)).write(str(options.output / name))
     progress.clear()
     report(options, rows)
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except KeyboardInterrupt:
+        sys.exit(130)
