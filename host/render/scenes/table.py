@@ -7,7 +7,7 @@ python table.py nickel.binary -o out/table
 fits every model to FILE, writes FILE and the materials as .bsdf files, and renders the scene with each. Prints the
 peak signal-to-noise ratio of each against the picture of FILE itself, as `brdfit render --compare` defines it, and
 that of a second picture of FILE with other random numbers: more than that no model can have. FOLDER gets the
-pictures (linear .exr), the materials, psnr.csv, and strip.png: FILE, kurt, the best and the worst model."""
+pictures (linear .exr), the materials, psnr.csv, and strip.jpg: FILE, kurt, the best and the worst model."""
 
 from __future__ import annotations
 
@@ -167,6 +167,7 @@ def materials(options: argparse.Namespace) -> list[dict]:
     channels = json.loads(brdfit(options, "info", options.file, "--json"))["channels"]
     if len(channels) not in (1, 3):
         sys.exit(f"table.py: {options.file}: {len(channels)} channels; expected one, or R, G and B")
+    options.output.mkdir(parents=True, exist_ok=True)
     fits = json.loads(brdfit(options, "fit", options.file, "-m", options.models, "--lobes", options.lobes, "--metric",
                              options.metric, "--max-theta", options.max_theta, "-o", options.output / "fits", "--json",
                              "--force"))  # fmt: skip
@@ -186,7 +187,7 @@ def strip(rows: list[dict]) -> np.ndarray:
     chosen = [row for row in rows if row["name"] == REFERENCE]
     chosen += [row for row in fitted if row["name"] == "kurt"]
     chosen += [row for row in (fitted[0], fitted[-1]) if row["name"] not in [other["name"] for other in chosen]]
-    print("strip.png:", ", ".join(row["name"] for row in chosen))
+    print("strip.jpg:", ", ".join(row["name"] for row in chosen))
     gap = np.ones((chosen[0]["picture"].shape[0], 4, 3))
     parts = [part for row in chosen for part in (gap, row["picture"])]
     return np.concatenate(parts[1:], axis=1)
@@ -204,7 +205,7 @@ def report(options: argparse.Namespace, rows: list[dict]) -> None:
             error = f"{row['error']:.4g}" if "error" in row else ""
             red, green, blue, mean = row["psnr"]
             print(f"{row['name']:<20}{error:>12}{red:8.2f}{green:8.2f}{blue:8.2f}{mean:10.2f}")
-    mi.util.write_bitmap(str(options.output / "strip.png"), strip(rows).astype(np.float32))
+    mi.Bitmap(np.rint(255 * srgb(strip(rows))).astype(np.uint8)).write(str(options.output / "strip.jpg"), quality=90)
 
 
 def parse() -> argparse.Namespace:
@@ -244,7 +245,6 @@ def parse() -> argparse.Namespace:
 
 def main() -> None:
     options = parse()
-    options.output.mkdir(parents=True, exist_ok=True)
     rows = materials(options)
     mi.set_variant(choose_variant(rows[0]["bsdf"]))
     mi.set_log_level(mi.LogLevel.Error)  # not of a number of samples that its sampler rounds
