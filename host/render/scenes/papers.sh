@@ -85,7 +85,7 @@ material ward "[0, 0, 0]" "{\"model\": \"ward\", \"ks\": $gold, \"mx\": 0.1, \"m
 picture golden-spheres "$out/golden.json" "$out/ward.json" --labels "generated,Ward" --environment softbox
 material satin-cloth "[0.05, 0.01, 0.02]" '{"model": "microfacet", "ks": [0.9, 0.35, 0.4], "f0": 0.3, "table": "satin.exr"}'
 material velvet-cloth "[0.05, 0.01, 0.02]" '{"model": "microfacet", "ks": [1, 0.25, 0.3], "f0": 0.6, "table": "velvet.exr", "correlated": true}'
-material slanted-cloth "[0.05, 0.01, 0.02]" '{"model": "microfacet", "ks": [0.9, 0.2, 0.25], "f0": 0.3, "table": "slanted-velvet.exr", "correlated": true}'
+material slanted-cloth "[0.05, 0.01, 0.02]" '{"model": "microfacet", "ks": [0.9, 0.2, 0.25], "f0": 0.3, "table": "slanted-velvet.exr"}'
 material letters-metal "[0.02, 0.02, 0.03]" '{"model": "microfacet", "ks": [0.9, 0.9, 1], "f0": 0.6, "table": "letters.exr"}'
 picture cloth-spheres "$out/satin-cloth.json" "$out/velvet-cloth.json" "$out/slanted-cloth.json" "$out/letters-metal.json" \
     --labels "satin,velvet,slanted velvet,image" --light directional:60,-110,3 --environment none --backdrop 0.02
