@@ -169,7 +169,8 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
     const std::size_t columns = header.parameters + header.channels + header.ignored;
     Rows rows(header.out == "XYZ_COLOR" && header.channels == 3
                   ? std::vector<std::string>{"X", "Y", "Z"}
-                  : numbered_channels(header.channels));
+                  : numbered_channels(header.channels),
+              1 + lines.rows_ahead(columns));
     std::vector<std::string_view> fields;
     std::array<double, 6> x{};
     do {

@@ -4,12 +4,14 @@
 #include "host/files/channels.hpp"
 #include "host/measured/rows.hpp"
 #include "host/measured/tensor_file.hpp"
+#include "host/parallel.hpp"
 
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
+#include <numeric>
 
 namespace brdfit::rgl {
 
@@ -207,48 +209,81 @@ double incident_measure(const RglTables& tables, std::size_t p, std::size_t t) {
     return turn * (std::cos(least) - std::cos(most));
 }
 
-/// Sets the samples at the nodes of slice (p, t), from sample `first` on.
-void set_slice(const RglTables& tables, std::size_t p, std::size_t t, std::size_t first,
-               Directions& directions, Samples& samples) {
+/// A node of a table that is a sample.
+struct Node {
+    std::size_t x, y;
+    Slice::Point at; ///< where the warp puts it
+    Vector h, wo;
+    double c; ///< wi.h
+};
+
+/// Slice (p, t) of the tables.
+struct Incidence {
+    Incidence(const RglTables& tables, std::size_t slice)
+        : tables(tables), slice(slice), p(slice / tables.theta_i.size()),
+          t(slice % tables.theta_i.size()), theta(std::min<double>(tables.theta_i[t], pi / 2)),
+          phi(tables.phi_i[p]), wi(direction(theta, phi)) {}
+
+    /// Calls body(node) for each whose directions are above the horizon: also as the float32 planes
+    /// have them, by more than their rounding.
+    template <typename Body>
+    void each_node(Body body) const {
+        const RglTables::Grid& table = tables.table;
+        const Slice warp(tables.vndf.values.data() + slice * tables.vndf.count(), tables.vndf.width,
+                         tables.vndf.height);
+        if (!(wi[2] > 1e-6))
+            return;
+        for (std::size_t y = 0; y < table.height; ++y)
+            for (std::size_t x = 0; x < table.width; ++x) {
+                const auto at =
+                    warp.at_share(static_cast<double>(x) / static_cast<double>(table.width - 1),
+                                  static_cast<double>(y) / static_cast<double>(table.height - 1));
+                const Vector h = direction(at.u * at.u * pi / 2,
+                                           (2 * at.v - 1) * pi + (tables.isotropic() ? phi : 0.0));
+                const double c = wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2];
+                const Vector wo{2 * c * h[0] - wi[0], 2 * c * h[1] - wi[1], 2 * c * h[2] - wi[2]};
+                if (c > 0 && wo[2] > 1e-6)
+                    body(Node{x, y, at, h, wo, c});
+            }
+    }
+
+    const RglTables& tables;
+    const std::size_t slice, p, t;
+    const double theta, phi;
+    const Vector wi;
+};
+
+/// Sets the samples of a slice, from sample `k` on.
+void set_samples(const Incidence& incidence, std::size_t k, Directions& directions,
+                 Samples& samples) {
+    const RglTables& tables = incidence.tables;
     const RglTables::Grid& table = tables.table;
-    const std::size_t slice = p * tables.theta_i.size() + t, nodes = table.count();
-    const std::size_t channels = tables.channels.size();
-    const Slice warp(tables.vndf.values.data() + slice * tables.vndf.count(), tables.vndf.width,
-                     tables.vndf.height);
-    const double theta_i = std::min<double>(tables.theta_i[t], pi / 2), phi_i = tables.phi_i[p];
-    const Vector wi = direction(theta_i, phi_i);
-    const double area = 4 * bilinear(tables.sigma, to_u(theta_i),
-                                     std::min(std::max((phi_i + pi) / (2 * pi), 0.0), 1.0));
-    const double measure = incident_measure(tables, p, t);
-    for (std::size_t node = 0; node < nodes; ++node) {
-        const std::size_t x = node % table.width, y = node / table.width, k = first + node;
-        const auto at =
-            warp.at_share(static_cast<double>(x) / static_cast<double>(table.width - 1),
-                          static_cast<double>(y) / static_cast<double>(table.height - 1));
-        const double theta_h = at.u * at.u * pi / 2;
-        const Vector h =
-            direction(theta_h, (2 * at.v - 1) * pi + (tables.isotropic() ? phi_i : 0.0));
-        const double c = wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2];
-        const Vector wo{2 * c * h[0] - wi[0], 2 * c * h[1] - wi[1], 2 * c * h[2] - wi[2]};
-        directions.set(k, wi, wo, h, c);
-        // above it also as the float32 planes have it, by more than their rounding
-        samples.valid[k] = c > 0 && wi[2] > 1e-6 && wo[2] > 1e-6;
-        if (samples.valid[k] == 0)
-            continue;
+    const std::size_t nodes = table.count(), channels = tables.channels.size(),
+                      count = directions.count();
+    const double area = 4 * bilinear(tables.sigma, to_u(incidence.theta),
+                                     std::min(std::max((incidence.phi + pi) / (2 * pi), 0.0), 1.0));
+    const double measure = incident_measure(tables, incidence.p, incidence.t);
+    incidence.each_node([&](const Node& node) {
+        const Slice::Point& at = node.at;
+        directions.set(k, incidence.wi, node.wo, node.h, node.c);
+        samples.valid[k] = 1;
         const double factor =
-            (tables.jacobian ? bilinear(tables.ndf, at.u, at.v) / area : 1) / wo[2];
+            (tables.jacobian ? bilinear(tables.ndf, at.u, at.v) / area : 1) / node.wo[2];
+        const float* const values = table.values.data() + incidence.slice * channels * nodes +
+                                    node.y * table.width + node.x;
         for (std::size_t ch = 0; ch < channels; ++ch) {
-            const double value = factor * table.values[(slice * channels + ch) * nodes + node];
+            const double value = factor * values[ch * nodes];
             samples.valid[k] &= static_cast<std::uint8_t>(std::abs(value) <= FLT_MAX);
-            samples.channel(ch)[k] = static_cast<float>(value);
+            samples.values[ch * count + k] = static_cast<float>(value);
         }
         // d(wo) = 4 c d(h), d(h) = 2 pi^2 u sin(theta_h) du dv
-        const double outgoing = at.density > 0
-                                    ? share(x, table.width) * share(y, table.height) / at.density *
-                                          8 * pi * pi * at.u * std::sin(theta_h) * c
-                                    : 0;
-        samples.weights[k] = static_cast<float>(std::min<double>(measure * outgoing, FLT_MAX));
-    }
+        const double theta_h = at.u * at.u * pi / 2;
+        const double outgoing = at.density > 0 ? share(node.x, table.width) *
+                                                     share(node.y, table.height) / at.density * 8 *
+                                                     pi * pi * at.u * std::sin(theta_h) * node.c
+                                               : 0;
+        samples.weights[k++] = static_cast<float>(std::min<double>(measure * outgoing, FLT_MAX));
+    });
 }
 
 } // namespace
@@ -295,7 +330,7 @@ RglTables read_tables(const MappedFile& file) {
 }
 
 Samples read(const MappedFile& file, std::optional<bool> isotropic) {
-    const RglTables tables = read_tables(file);
+    RglTables tables = read_tables(file);
     if (isotropic && *isotropic != tables.isotropic())
         throw UsageError(fmt::format("{}: the RGL file says that it is {}isotropic", file.path(),
                                      tables.isotropic() ? "" : "an"));
@@ -304,15 +339,27 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
                                  tables.wavelengths.empty() ? "" : ", spectral");
     samples.channels = tables.channels;
     samples.isotropic = tables.isotropic();
-    const std::size_t nodes = tables.table.count(), count = tables.slices() * nodes;
-    const auto directions = std::make_shared<Directions>(count);
-    samples.directions = directions;
+    tables.luminance = {};
+    const std::size_t slices = tables.slices();
+    std::vector<std::size_t> first(slices + 1); // sample of each slice
+    parallel_pieces(slices, 1, [&](std::size_t slice, std::size_t) {
+        Incidence(tables, slice).each_node([&](const Node&) { ++first[slice + 1]; });
+    });
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    const std::size_t count = first.back();
+    if (count == 0)
+        throw InputError(fmt::format("{}: all directions are below the horizon; expected some "
+                                     "above",
+                                     file.path()));
+    samples.left_out = slices * tables.table.count() - count;
+    Directions directions = Directions::unfilled(count);
     samples.values.resize(count * tables.channels.size());
     samples.weights.resize(count);
     samples.valid.resize(count);
-    for (std::size_t p = 0; p < tables.phi_i.size(); ++p)
-        for (std::size_t t = 0; t < tables.theta_i.size(); ++t)
-            set_slice(tables, p, t, (p * tables.theta_i.size() + t) * nodes, *directions, samples);
+    parallel_pieces(slices, 1, [&](std::size_t slice, std::size_t) {
+        set_samples(Incidence(tables, slice), first[slice], directions, samples);
+    });
+    samples.directions = std::make_shared<const Directions>(std::move(directions));
     return samples;
 }
 
