@@ -25,7 +25,8 @@ std::atomic<std::size_t> allocated{0}, most{0}; // bytes
 
 #ifndef __SANITIZE_ADDRESS__ // which has its own
 
-void* operator new(std::size_t size) {
+// Not inlined: the compiler sees no pair of malloc and delete, and warns of none.
+[[gnu::noinline]] void* operator new(std::size_t size) {
     void* const made = std::malloc(size);
     if (made == nullptr)
         throw std::bad_alloc();
@@ -36,13 +37,13 @@ void* operator new(std::size_t size) {
     return made;
 }
 
-void operator delete(void* made) noexcept {
+[[gnu::noinline]] void operator delete(void* made) noexcept {
     if (made != nullptr)
         allocated -= malloc_usable_size(made);
     std::free(made);
 }
 
-void operator delete(void* made, std::size_t) noexcept {
+[[gnu::noinline]] void operator delete(void* made, std::size_t) noexcept {
     operator delete(made);
 }
 
@@ -100,7 +101,7 @@ TEST_F(Memory, of_files_that_convert_writes_is_four_times_their_size) {
     for (std::size_t i = 0; i < 3 * directions->count(); ++i)
         samples.values.push_back(1 / (1 + static_cast<float>(i % 1009)));
     for (std::size_t k = 0; k < directions->count(); ++k)
-        samples.valid.push_back(directions->above_horizon(k) ? 1 : 0);
+        samples.valid.push_back(k % 8 == 0 && directions->above_horizon(k) ? 1 : 0);
     for (const char* name : {"s.csv", "s.astm", "s.npy", "s.npz"}) {
         write_samples(samples, folder / name);
         expect_little(folder / name);
