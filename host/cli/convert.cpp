@@ -80,7 +80,7 @@ RglLimits limits_of(const RelativeError& interpolation, std::size_t channels) {
 
 /// Errors as people read them.
 std::string text_of(const RelativeError& error) {
-    return fmt::format("{:.2g} % in the median, {:.2g} % at the 95th percentile",
+    return fmt::format("{:.3g} % in the median, {:.3g} % at the 95th percentile",
                        100 * error.median, 100 * error.high);
 }
 
