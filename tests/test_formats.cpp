@@ -3,6 +3,7 @@
 #include "host/evaluate/evaluate.hpp"
 #include "host/measured/formats.hpp"
 #include "host/measured/read.hpp"
+#include "host/measured/rows.hpp"
 #include "tests/support/bad_files.hpp"
 #include "tests/support/measured.hpp"
 
@@ -216,6 +217,20 @@ TEST_F(Formats, fred_lines_are_named) {
     refused(changed(fred_example, "-20\t", "-91\t"), "'-91'; expected an angle within");
     refused(changed(fred_example, "0.25", "0.25 1"), "line 4: 4 numbers");
     refused("type bsdf_data\n10 0\n", "no samples");
+}
+
+// Another process may write the file between counting and reading.
+TEST_F(Formats, rows_of_another_number_than_before_are_refused) {
+    const std::string text = "1\n2\n";
+    text::Lines lines(text, "file");
+    const Vector up{0, 0, 1};
+    Rows rows(lines, {"Y"}, 2);
+    rows.add(up, up);
+    rows.add_value(1);
+    test::expect_complaint(complaint([&] { rows.samples("", true); }), "file", "has other rows");
+    rows.add(up, up);
+    test::expect_complaint(complaint([&] { rows.add(up, up); }), "file", "has other rows");
+    EXPECT_EQ(rows.samples("", true).count(), 2U);
 }
 
 TEST_F(Formats, alta_is_read) {

@@ -19,6 +19,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <fmt/format.h>
 #include <sstream>
 #include <zlib.h>
@@ -359,6 +360,34 @@ TEST_F(Written, klems_file_holds_both_sides) {
     write_file(in("two.csv"), "theta_i,phi_i,theta_o,phi_o,a,b\n0.5,0,0.25,1,0.5,0.25\n");
     EXPECT_EQ(run_program({"convert", in("two.csv"), in("two.xml")}).status, 1);
     EXPECT_FALSE(std::filesystem::exists(in("two.xml")));
+}
+
+// Scattered samples to RGL
+
+/// The errors that a line says: median and 95th percentile in per cent, after `what`.
+std::array<double, 2> errors_in(const std::string& line, const std::string& what) {
+    std::array<double, 2> errors{};
+    const std::size_t at = line.find(what);
+    EXPECT_NE(at, line.npos) << line;
+    const std::string numbers = at == line.npos ? "" : line.substr(at + what.size());
+    EXPECT_EQ(std::sscanf(numbers.c_str(), " %lf %% in the median, %lf", &errors[0], &errors[1]), 2)
+        << line;
+    return errors;
+}
+
+TEST_F(Written, tables_of_scattered_samples_are_better_than_what_is_between_those) {
+    std::vector<std::string> files{in("s.csv")};
+    write_samples(measured(paint, 4000), files[0]);
+    if (!test::data_folder().empty()) // mirror peaks, falling to 0
+        files.push_back((test::data_folder() / "cornell/cayman.brdf").string());
+    for (const std::string& file : files) {
+        const auto outcome = run_program({"convert", file, in("s.bsdf")});
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        const auto table = errors_in(outcome.out, "relative error"),
+                   data = errors_in(outcome.out, "which misses a sample that is left out by");
+        EXPECT_LT(table[0], 0.3 * data[0]) << outcome.out;
+        EXPECT_LT(table[1], 0.3 * data[1]) << outcome.out;
+    }
 }
 
 // RGL to MERL

@@ -60,7 +60,7 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
     }
     if (count == 0)
         lines.fail_file("no samples; expected rows of theta, phi and a value");
-    Rows rows(numbered_channels(1), count);
+    Rows rows(lines, numbered_channels(1), count);
     std::optional<Vector> wi;
     std::optional<double> first_phi;
     bool one_plane = true;

@@ -22,8 +22,16 @@ std::vector<std::pair<double, double>> ranges_of(const std::vector<double>& node
     return ranges;
 }
 
-Rows::Rows(std::vector<std::string> channels, std::size_t count, bool weighted)
-    : directions_(Directions::unfilled(count)) {
+namespace {
+
+constexpr const char* written_meanwhile =
+    "has other rows than when it was opened; expected no other process to write it";
+
+} // namespace
+
+Rows::Rows(const text::Lines& lines, std::vector<std::string> channels, std::size_t count,
+           bool weighted)
+    : lines_(lines), directions_(Directions::unfilled(count)) {
     samples_.channels = std::move(channels);
     samples_.values.resize(count * samples_.channels.size());
     samples_.weights.resize(weighted ? count : 0);
@@ -31,6 +39,8 @@ Rows::Rows(std::vector<std::string> channels, std::size_t count, bool weighted)
 }
 
 void Rows::add(const Vector& wi, const Vector& wo, bool valid) {
+    if (added_ == directions_.count())
+        lines_.fail_file(written_meanwhile);
     row_ = added_++;
     channel_ = 0;
     directions_.set(row_, wi, wo);
@@ -38,6 +48,8 @@ void Rows::add(const Vector& wi, const Vector& wo, bool valid) {
 }
 
 Samples Rows::samples(std::string format, bool isotropic) {
+    if (added_ != directions_.count())
+        lines_.fail_file(written_meanwhile);
     samples_.format = std::move(format);
     samples_.isotropic = isotropic;
     samples_.directions = std::make_shared<const Directions>(std::move(directions_));

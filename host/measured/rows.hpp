@@ -1,5 +1,6 @@
 #pragma once
 
+#include "host/files/text.hpp"
 #include "host/measured/samples.hpp"
 
 #include <string>
@@ -17,10 +18,13 @@ std::vector<std::string> numbered_channels(std::size_t n);
 std::vector<std::pair<double, double>> ranges_of(const std::vector<double>& nodes, double begin,
                                                  double end);
 
-/// Collects samples. Their number must be known, so that each goes where it stays.
+/// Collects samples of a text. Their number must be known, so that each goes where it stays; a text
+/// that has another in the end is an InputError: some other process writes it.
 class Rows {
   public:
-    Rows(std::vector<std::string> channels, std::size_t count, bool weighted = false);
+    /// `lines` outlives this.
+    Rows(const text::Lines& lines, std::vector<std::string> channels, std::size_t count,
+         bool weighted = false);
 
     /// The next sample; its values follow, one a channel. `wi` and `wo`: unit vectors. Below the
     /// horizon it is not valid.
@@ -34,6 +38,7 @@ class Rows {
     Samples samples(std::string format, bool isotropic);
 
   private:
+    const text::Lines& lines_;
     Samples samples_;
     Directions directions_;
     std::size_t added_ = 0, row_ = 0, channel_ = 0; // the value that comes next

@@ -87,7 +87,7 @@ Samples read_rows(text::Lines& lines, const std::vector<std::string_view>& names
     for (const std::size_t i : channels)
         channel_names.emplace_back(names[i]);
     const std::size_t count = lines.rows_ahead(names.size());
-    Rows rows(std::move(channel_names), count, weighted);
+    Rows rows(lines, std::move(channel_names), count, weighted);
     std::optional<double> first_phi;
     bool one_plane = true;
     std::vector<std::string_view> fields;
