@@ -28,7 +28,7 @@ RglTables tables_of(const Device& device) {
         return evaluate(device, material, directions);
     };
     RglTables tables = tabulate(device, brdf, rgl_channels(material.channels, false, "bench"), true,
-                                RglSize{1, 8, 32}, 0)
+                                RglSize{1, 8, 32})
                            .tables;
     const auto density = [](std::size_t slices) {
         RglTables::Grid grid{side, side, std::vector<float>(slices * side * side)};

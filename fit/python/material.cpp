@@ -30,8 +30,6 @@ namespace {
 
 // What one call draws at most, as the command line does.
 constexpr std::size_t most_directions = 100000000;
-// Of an RGL file whose size is not given, as the command line has it.
-constexpr std::size_t most_bytes = std::size_t{160} << 20;
 
 // Planes wi_x, wi_y, wi_z, pdf and one a channel, [plane][viewer][sample]; sample i of all is row i
 // of the command's output.
@@ -77,8 +75,8 @@ void write_rgl(const SharedMaterial& shared, const Device& device, const std::st
     const BrdfFunction function = [&](const Directions& directions) {
         return evaluate(device, material, directions);
     };
-    Tabulated made = tabulate(device, function, channels, material.isotropic(), std::nullopt,
-                              most_bytes, progress);
+    Tabulated made =
+        tabulate(device, function, channels, material.isotropic(), std::nullopt, {}, progress);
     made.tables.description = fmt::format("{}, by brdfit {}", name, version);
     rgl::write(made.tables, path);
 }

@@ -23,10 +23,9 @@ namespace brdfit::cli {
 namespace {
 
 constexpr std::size_t most_nodes = 1024; // of --size, along an axis
-// Of tables whose size is not given; more of scattered samples would only tell of the way they are
-// interpolated.
-constexpr std::size_t most_bytes = std::size_t{160} << 20,
-                      most_scattered_bytes = std::size_t{4} << 20;
+// Of tables of scattered samples, whose size is not given; more nodes would only tell of the way
+// they are interpolated.
+constexpr std::size_t most_scattered_nodes = std::size_t{1} << 18;
 
 struct Options {
     std::string in, out;
@@ -70,6 +69,21 @@ RglTables with_channels(RglTables tables, const RglChannels& channels) {
     return tables;
 }
 
+/// What a table of scattered samples grows to: small errors beside those of its interpolation.
+RglLimits limits_of(const RelativeError& interpolation, std::size_t channels) {
+    RglLimits limits;
+    limits.enough.median = std::max(limits.enough.median, interpolation.median / 4);
+    limits.enough.high = std::max(limits.enough.high, interpolation.high / 4);
+    limits.most_bytes = most_scattered_nodes * (channels + 1) * sizeof(float);
+    return limits;
+}
+
+/// Errors as people read them.
+std::string text_of(const RelativeError& error) {
+    return fmt::format("{:.3g} % in the median, {:.3g} % at the 95th percentile",
+                       100 * error.median, 100 * error.high);
+}
+
 /// Writes a material or a measurement as the RGL database's format.
 int convert_to_rgl(const Options& options, const Globals& globals) {
     const Brdf brdf = read_brdf(options.in, options.isotropy.choice());
@@ -89,16 +103,23 @@ int convert_to_rgl(const Options& options, const Globals& globals) {
         const BrdfFunction function = [&](const Directions& directions) {
             return brdf.evaluate(device, directions);
         };
+        RglLimits limits;
+        std::string against;
+        if (measured)
+            against = fmt::format(", against {}", measured->method());
+        if (measured && measured->scattered() != nullptr) {
+            const RelativeError interpolation = measured->scattered()->leave_one_out();
+            limits = limits_of(interpolation, channels.source.size());
+            against += fmt::format(", which misses a sample that is left out by {}",
+                                   text_of(interpolation));
+        }
         Tabulated made =
-            tabulate(device, function, channels, isotropic, size,
-                     measured && measured->scattered() ? most_scattered_bytes : most_bytes,
-                     progress.step(0, name));
+            tabulate(device, function, channels, isotropic, size, limits, progress.step(0, name));
         made.tables.description = fmt::format("{}, by brdfit {}", name, version);
         report = fmt::format("{} x {} x {} x {} nodes of phi_i, theta_i and the square; relative "
-                             "error {:.2g} % in the median, {:.2g} % at the 95th percentile{}",
+                             "error {}{}",
                              made.size.phi_i, made.size.theta_i, made.size.side, made.size.side,
-                             100 * made.median, 100 * made.high,
-                             measured ? fmt::format(", against {}", measured->method()) : "");
+                             text_of(made.error), against);
         tables = std::move(made.tables);
     }
     progress.show(1, options.out);

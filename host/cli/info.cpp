@@ -51,6 +51,7 @@ nlohmann::ordered_json to_json(const Samples& samples, const Summary& summary) {
                                 {"format", samples.format},
                                 {"samples", samples.count()},
                                 {"valid", summary.valid},
+                                {"left_out", samples.left_out},
                                 {"channels", samples.channels},
                                 {"range", nullptr},
                                 {"below_horizon_percent", summary.below_horizon},
@@ -65,16 +66,22 @@ std::string to_text(const Samples& samples, const Summary& summary) {
     const std::string range =
         summary.valid > 0 ? fmt::format("{:.6g} to {:.6g} 1/sr", summary.lowest, summary.highest)
                           : "no valid samples";
+    const std::string left_out =
+        samples.left_out == 0 ? ""
+                              : fmt::format("  left out       {} nodes, not measured or below the "
+                                            "horizon\n",
+                                            samples.left_out);
     return fmt::format("{}\n"
                        "  format         {}\n"
                        "  samples        {}\n"
                        "  valid          {}\n"
+                       "{}"
                        "  channels       {}: {}\n"
                        "  range          {}\n"
                        "  below horizon  {:.1f} %\n"
                        "  isotropic      {}\n"
                        "  sha256         {}\n",
-                       samples.source, samples.format, samples.count(), summary.valid,
+                       samples.source, samples.format, samples.count(), summary.valid, left_out,
                        samples.channels.size(), fmt::join(samples.channels, ", "), range,
                        summary.below_horizon, samples.isotropic ? "yes" : "no", samples.sha256);
 }

@@ -29,8 +29,8 @@ class MeasuredBrdf {
     bool isotropic() const { return samples_.isotropic; }
     /// How it is evaluated, for people.
     const char* method() const;
-    /// Whether values between the samples are ScatteredBrdf's.
-    bool scattered() const { return method_ == Method::Scattered; }
+    /// Where values between the samples are those of scattered ones, otherwise nullptr.
+    const ScatteredBrdf* scattered() const { return scattered_ ? &*scattered_ : nullptr; }
     /// Of an RGL file, otherwise nullptr.
     const RglTables* tables() const { return tables_ ? &*tables_ : nullptr; }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <nanoflann.hpp>
 
 namespace brdfit {
@@ -13,6 +14,7 @@ namespace {
 
 constexpr std::size_t dimensions = 4, neighbours = 8;
 constexpr std::size_t pairs_a_piece = 4096;
+constexpr std::size_t none = std::numeric_limits<std::size_t>::max(); // no sample
 using Point = std::array<double, dimensions>;
 
 /// Where a pair lies. The order of wi and wo turns the sign of the last two.
@@ -62,6 +64,9 @@ ScatteredBrdf::~ScatteredBrdf() = default;
 
 ScatteredBrdf::ScatteredBrdf(const Samples& samples)
     : samples_(samples), tree_(std::make_unique<Tree>()) {
+    const std::size_t points = samples.valid_count() * (samples.isotropic ? 1 : 2);
+    tree_->cloud.points.reserve(points);
+    tree_->sample.reserve(points);
     for (std::size_t k = 0; k < samples.count(); ++k) {
         if (samples.valid[k] == 0)
             continue;
@@ -81,36 +86,67 @@ ScatteredBrdf::ScatteredBrdf(const Samples& samples)
     tree_->index->buildIndex();
 }
 
+void ScatteredBrdf::interpolate(const Vector& wi, const Vector& wo, std::size_t left_out,
+                                std::size_t stride, float* values) const {
+    constexpr double nearest = 1e-14; // squared distance of what counts as the same pair
+    std::array<std::size_t, neighbours + 2> index; // a sample is two points at most
+    std::array<double, neighbours + 2> weight;
+    const Point at = point_of(wi, wo, samples_.isotropic);
+    const std::size_t asked = left_out == none ? neighbours : neighbours + 2;
+    const std::size_t found =
+        tree_->index->knnSearch(at.data(), asked, index.data(), weight.data());
+    std::size_t used = 0;
+    double all = 0;
+    for (std::size_t n = 0; n < found && used < neighbours; ++n)
+        if (tree_->sample[index[n]] != left_out) {
+            index[used] = tree_->sample[index[n]];
+            weight[used] = 1 / std::max(weight[n], nearest);
+            all += weight[used++];
+        }
+    for (std::size_t c = 0; c < samples_.channels.size(); ++c) {
+        double sum = 0;
+        for (std::size_t n = 0; n < used; ++n)
+            sum += weight[n] * samples_.channel(c)[index[n]];
+        values[c * stride] = static_cast<float>(sum / all);
+    }
+}
+
 std::vector<float> ScatteredBrdf::evaluate(const Directions& directions,
                                            const ProgressFunction& progress) const {
-    constexpr double nearest = 1e-14; // squared distance of what counts as the same pair
-    const std::size_t count = directions.count(), channels = samples_.channels.size();
-    std::vector<float> values(channels * count);
+    const std::size_t count = directions.count();
+    std::vector<float> values(samples_.channels.size() * count);
     const auto piece = [&](std::size_t begin, std::size_t end) {
-        std::array<std::size_t, neighbours> index;
-        std::array<double, neighbours> distance;
         for (std::size_t k = begin; k < end; ++k) {
             if (!directions.above_horizon(k))
                 continue;
             const auto [wi, wo] = directions.pair(k);
-            const Point at = point_of(wi, wo, samples_.isotropic);
-            const std::size_t found =
-                tree_->index->knnSearch(at.data(), neighbours, index.data(), distance.data());
-            double all = 0;
-            for (std::size_t n = 0; n < found; ++n) {
-                distance[n] = 1 / std::max(distance[n], nearest);
-                all += distance[n];
-            }
-            for (std::size_t c = 0; c < channels; ++c) {
-                double sum = 0;
-                for (std::size_t n = 0; n < found; ++n)
-                    sum += distance[n] * samples_.channel(c)[tree_->sample[index[n]]];
-                values[c * count + k] = static_cast<float>(sum / all);
-            }
+            interpolate(wi, wo, none, count, values.data() + k);
         }
     };
     parallel_pieces(count, pairs_a_piece, piece, progress);
     return values;
+}
+
+RelativeError ScatteredBrdf::leave_one_out() const {
+    constexpr std::size_t most = 20000;
+    std::vector<std::size_t> valid;
+    for (std::size_t k = 0; k < samples_.count(); ++k)
+        if (samples_.valid[k] != 0)
+            valid.push_back(k);
+    if (valid.size() < 2)
+        return {};
+    const std::size_t count = std::min(valid.size(), most), channels = samples_.channels.size();
+    std::vector<float> values(channels * count), expected(channels * count);
+    parallel_pieces(count, pairs_a_piece, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t k = valid[i * valid.size() / count];
+            const auto [wi, wo] = samples_.directions->pair(k);
+            interpolate(wi, wo, k, count, values.data() + i);
+            for (std::size_t c = 0; c < channels; ++c)
+                expected[c * count + i] = samples_.channel(c)[k];
+        }
+    });
+    return relative_error(values, expected, channels);
 }
 
 } // namespace brdfit

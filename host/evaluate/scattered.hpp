@@ -1,6 +1,7 @@
 #pragma once
 
 #include "host/directions.hpp"
+#include "host/evaluate/relative_error.hpp"
 #include "host/measured/samples.hpp"
 #include "host/progress.hpp"
 
@@ -27,8 +28,15 @@ class ScatteredBrdf {
     std::vector<float> evaluate(const Directions& directions,
                                 const ProgressFunction& progress = {}) const;
 
+    /// How well the samples tell each other: the error at each, or at 20,000 of them evenly, of
+    /// what the others make of it.
+    RelativeError leave_one_out() const;
+
   private:
     struct Tree;
+    /// Values at a pair from the nearest samples but `left_out`; `values[channel * stride]`.
+    void interpolate(const Vector& wi, const Vector& wo, std::size_t left_out, std::size_t stride,
+                     float* values) const;
     const Samples& samples_;
     std::unique_ptr<Tree> tree_;
 };

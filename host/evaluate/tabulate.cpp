@@ -14,7 +14,6 @@ namespace brdfit {
 
 namespace {
 
-constexpr double enough_median = 0.0025, enough_high = 0.025;
 constexpr double steepest = 89.5 * degree; // the last theta_i: at the horizon f may be infinite
 constexpr std::size_t test_pairs = 20000;
 constexpr std::size_t pairs_a_pass = std::size_t{1} << 20;
@@ -128,39 +127,20 @@ Directions pairs_to_test(bool isotropic) {
     return pairs;
 }
 
-/// Relative errors, of each channel by its own value or a thousandth of its mean.
-void measure(const Device& device, const Directions& pairs, const std::vector<float>& expected,
-             const RglChannels& channels, Tabulated& made) {
-    const std::vector<float> values = evaluate(device, made.tables, pairs);
-    const std::size_t count = pairs.count();
-    std::vector<double> errors;
-    for (std::size_t ch = 0; ch < channels.source.size(); ++ch) {
-        const float* const f = expected.data() + channels.source[ch] * count;
-        double mean = 0;
-        for (std::size_t k = 0; k < count; ++k)
-            mean += std::abs(static_cast<double>(f[k])) / static_cast<double>(count);
-        for (std::size_t k = 0; k < count; ++k) {
-            const double scale = std::max(std::abs(static_cast<double>(f[k])), 1e-3 * mean);
-            errors.push_back(scale > 0 ? std::abs(values[ch * count + k] - f[k]) / scale : 0);
-        }
+/// The values of channels that a table has, in its order.
+std::vector<float> selected(const std::vector<float>& values, std::size_t count,
+                            const RglChannels& channels) {
+    std::vector<float> made;
+    made.reserve(channels.source.size() * count);
+    for (const std::size_t source : channels.source) {
+        const auto begin = values.begin() + static_cast<std::ptrdiff_t>(source * count);
+        made.insert(made.end(), begin, begin + static_cast<std::ptrdiff_t>(count));
     }
-    const auto quantile = [&](double share) {
-        const auto at = errors.begin() +
-                        static_cast<std::ptrdiff_t>(share * static_cast<double>(errors.size() - 1));
-        std::nth_element(errors.begin(), at, errors.end());
-        return *at;
-    };
-    made.median = quantile(0.5);
-    made.high = quantile(0.95);
+    return made;
 }
 
 std::size_t bytes_of(const RglSize& size, std::size_t channels) {
     return size.phi_i * size.theta_i * size.side * size.side * (channels + 1) * sizeof(float);
-}
-
-/// How far from good enough.
-double distance(const Tabulated& made) {
-    return std::max(made.median / enough_median, made.high / enough_high);
 }
 
 /// The size with one of its axes doubled.
@@ -205,15 +185,16 @@ RglChannels rgl_channels(const std::vector<std::string>& channels, bool spectral
 }
 
 Tabulated tabulate(const Device& device, const BrdfFunction& brdf, const RglChannels& channels,
-                   bool isotropic, std::optional<RglSize> size, std::size_t most_bytes,
+                   bool isotropic, std::optional<RglSize> size, const RglLimits& limits,
                    const ProgressFunction& progress) {
     const Directions pairs = pairs_to_test(isotropic);
-    const std::vector<float> expected = brdf(pairs);
+    const std::vector<float> expected = selected(brdf(pairs), pairs.count(), channels);
     const auto made_at = [&](const RglSize& at, const ProgressFunction& told) {
         Tabulated made;
         made.size = at;
         made.tables = tabulate_at(brdf, channels, at, told);
-        measure(device, pairs, expected, channels, made);
+        made.error =
+            relative_error(evaluate(device, made.tables, pairs), expected, channels.source.size());
         return made;
     };
     if (size)
@@ -221,13 +202,18 @@ Tabulated tabulate(const Device& device, const BrdfFunction& brdf, const RglChan
     RglSize start{1, 16, 32};
     if (!isotropic)
         start = {17, 8, 32};
+    // How far from good enough.
+    const auto distance = [&](const Tabulated& made) {
+        return std::max(made.error.median / limits.enough.median,
+                        made.error.high / limits.enough.high);
+    };
     Tabulated best = made_at(start, {});
     // Each round doubles the axis that helps most.
     for (int round = 1; distance(best) > 1; ++round) {
         std::optional<Tabulated> next;
         for (int axis = 0; axis < (isotropic ? 2 : 3); ++axis) {
             const RglSize larger = grown(best.size, axis);
-            if (bytes_of(larger, channels.source.size()) > most_bytes)
+            if (bytes_of(larger, channels.source.size()) > limits.most_bytes)
                 continue;
             Tabulated made = made_at(larger, {});
             if (!next || distance(made) < distance(*next))

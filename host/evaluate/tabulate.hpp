@@ -2,6 +2,7 @@
 
 #include "host/device/device.hpp"
 #include "host/directions.hpp"
+#include "host/evaluate/relative_error.hpp"
 #include "host/measured/rgl.hpp"
 #include "host/progress.hpp"
 
@@ -26,7 +27,13 @@ struct RglSize {
 struct Tabulated {
     RglTables tables;
     RglSize size;
-    double median = 0, high = 0; ///< relative error at random pairs, high: the 95th percentile
+    RelativeError error; ///< at random pairs
+};
+
+/// What a table grows to.
+struct RglLimits {
+    RelativeError enough{0.0025, 0.025};
+    std::size_t most_bytes = std::size_t{160} << 20;
 };
 
 /// The channels of an RGL file: R, G and B, or wavelengths.
@@ -47,10 +54,10 @@ RglChannels rgl_channels(const std::vector<std::string>& channels, bool spectral
 /// sampler's weights even. Isotropic BRDFs have one phi_i; others cover the circle.
 ///
 /// Without `size` the table grows until the relative error at 20,000 random pairs up to 80 degrees
-/// (half of them with the half vector near the normal) is at most 0.25 % in the median and 2.5 % at
-/// the 95th percentile, or growing no longer helps, or the file would exceed `most_bytes`.
+/// (half of them with the half vector near the normal) is small enough, or growing no longer helps,
+/// or the file would be too large.
 Tabulated tabulate(const Device& device, const BrdfFunction& brdf, const RglChannels& channels,
-                   bool isotropic, std::optional<RglSize> size, std::size_t most_bytes,
+                   bool isotropic, std::optional<RglSize> size, const RglLimits& limits = {},
                    const ProgressFunction& progress = {});
 
 } // namespace brdfit

@@ -35,6 +35,13 @@ bool Lines::next() {
     return false;
 }
 
+std::size_t Lines::rows_ahead(std::size_t fields) const {
+    std::size_t count = 0;
+    for (Lines lines(*this); lines.next() && lines.line().size() + 1 >= 2 * fields;)
+        ++count;
+    return count;
+}
+
 void Lines::fail(const std::string& message) const {
     throw InputError(fmt::format("{}: line {}: {}", path_, number_, message));
 }

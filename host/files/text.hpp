@@ -19,6 +19,8 @@ class Lines {
     /// Moves to the next line; returns false at the end of the text. Throws InputError for a line
     /// longer than most_bytes: binary data, say.
     bool next();
+    /// How many lines follow, up to one too short for so many fields.
+    std::size_t rows_ahead(std::size_t fields) const;
     /// The line, without white space at its ends.
     std::string_view line() const { return line_; }
     /// Throws InputError naming the file and the line.

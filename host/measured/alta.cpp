@@ -167,9 +167,11 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
     const auto comments = static_cast<std::size_t>(lines.line().data() - file.bytes().data());
     const Header header = HeaderReader(lines, file.bytes().substr(0, comments)).header();
     const std::size_t columns = header.parameters + header.channels + header.ignored;
-    Rows rows(header.out == "XYZ_COLOR" && header.channels == 3
+    Rows rows(lines,
+              header.out == "XYZ_COLOR" && header.channels == 3
                   ? std::vector<std::string>{"X", "Y", "Z"}
-                  : numbered_channels(header.channels));
+                  : numbered_channels(header.channels),
+              1 + lines.rows_ahead(columns));
     std::vector<std::string_view> fields;
     std::array<double, 6> x{};
     do {

@@ -33,6 +33,11 @@ Units read_units(const text::Lines& lines, const std::vector<std::string_view>& 
     return units;
 }
 
+/// Theta, phi and a value.
+bool is_row(const std::vector<std::string_view>& words) {
+    return words.size() == 3 && words[0] != "format";
+}
+
 } // namespace
 
 bool recognise(std::string_view bytes) {
@@ -48,7 +53,14 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
     lines.next(); // type bsdf_data
     std::vector<std::string_view> words;
     Units units;
-    Rows rows(numbered_channels(1));
+    std::size_t count = 0;
+    for (text::Lines ahead(lines); ahead.next();) {
+        text::split(ahead.line(), ' ', words);
+        count += is_row(words) ? 1 : 0;
+    }
+    if (count == 0)
+        lines.fail_file("no samples; expected rows of theta, phi and a value");
+    Rows rows(lines, numbered_channels(1), count);
     std::optional<Vector> wi;
     std::optional<double> first_phi;
     bool one_plane = true;
@@ -70,7 +82,7 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
             wi = direction(theta, phi + pi);
             one_plane = one_plane && phi == first_phi.value_or(phi);
             first_phi = phi;
-        } else if (words.size() == 3) {
+        } else if (is_row(words)) {
             if (!wi)
                 lines.fail("a value ahead of its incident direction; expected theta and phi");
             const double theta = polar("theta", words[0]);
@@ -86,8 +98,6 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
                                    words.size()));
         }
     }
-    if (rows.empty())
-        lines.fail_file("no samples; expected rows of theta, phi and a value");
     return rows.samples("FRED BSDF text", isotropic.value_or(one_plane));
 }
 

@@ -4,12 +4,14 @@
 #include "host/files/channels.hpp"
 #include "host/measured/rows.hpp"
 #include "host/measured/tensor_file.hpp"
+#include "host/parallel.hpp"
 
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
+#include <numeric>
 
 namespace brdfit::rgl {
 
@@ -20,6 +22,16 @@ using tensor_file::Type;
 
 constexpr float most_theta = 1.5708F;    // pi/2 rounded up
 constexpr std::size_t most_nodes = 4096; // along an axis of a grid
+
+/// Whether to take the values of the largest fields, or to check them alone.
+enum class Values { Taken, Checked };
+
+/// Value `i` of an array in the file, which is not aligned.
+float stored(std::string_view data, std::size_t i) {
+    float value;
+    std::memcpy(&value, data.data() + i * sizeof value, sizeof value);
+    return value;
+}
 
 /// The fields of a file by name, and what is wrong with them.
 class Fields {
@@ -44,15 +56,18 @@ class Fields {
                  fmt::format("{} dimensions; expected {}", field->shape.size(), dimensions));
         return *field;
     }
-    /// The float32 values of a field, finite and at least `least`.
+    /// Fails unless the float32 values of a field are finite and at least `least`.
+    void check(const Field& field, float least = -INFINITY) const {
+        for (std::size_t i = 0; i < field.count(); ++i)
+            if (const float value = stored(field.data, i); !std::isfinite(value) || value < least)
+                fail_value(field, i, value,
+                           least == 0 ? "a finite number, 0 or more" : "a finite number");
+    }
     std::vector<float> floats(const Field& field, float least = -INFINITY) const {
+        check(field, least);
         std::vector<float> values(field.count());
         if (!values.empty())
             std::memcpy(values.data(), field.data.data(), field.data.size());
-        for (std::size_t i = 0; i < values.size(); ++i)
-            if (!std::isfinite(values[i]) || values[i] < least)
-                fail_value(field, i, values[i],
-                           least == 0 ? "a finite number, 0 or more" : "a finite number");
         return values;
     }
     [[noreturn]] void fail(const Field& field, std::string_view message) const {
@@ -83,7 +98,8 @@ std::vector<float> ascending(const Fields& fields, const char* name) {
 
 /// A grid of `field`, whose last two axes are y and x and whose first ones are `outer`.
 RglTables::Grid grid_of(const Fields& fields, const Field& field,
-                        const std::vector<std::size_t>& outer, float least = -INFINITY) {
+                        const std::vector<std::size_t>& outer, float least = -INFINITY,
+                        Values values = Values::Taken) {
     if (!std::equal(outer.begin(), outer.end(), field.shape.begin()))
         fields.fail(field, fmt::format("shape {}; expected {} as the others say",
                                        fmt::join(field.shape, " x "), fmt::join(outer, " x ")));
@@ -94,14 +110,21 @@ RglTables::Grid grid_of(const Fields& fields, const Field& field,
         if (nodes < 2 || nodes > most_nodes)
             fields.fail(field, fmt::format("{} x {} nodes; expected 2 to {} along each axis",
                                            grid.height, grid.width, most_nodes));
-    grid.values = fields.floats(field, least);
+    if (values == Values::Taken)
+        grid.values = fields.floats(field, least);
+    else
+        fields.check(field, least);
     return grid;
 }
 
-void read_channels(const Fields& fields, RglTables& tables) {
-    const Field* const spectra = fields.find("spectra");
-    const Field& field = fields.get(spectra != nullptr ? "spectra" : "rgb", Type::F32, 5);
-    if (spectra != nullptr) {
+/// The field of f cos(theta_b).
+const Field& table_field(const Fields& fields) {
+    return fields.get(fields.find("spectra") != nullptr ? "spectra" : "rgb", Type::F32, 5);
+}
+
+void read_channels(const Fields& fields, Values values, RglTables& tables) {
+    const Field& field = table_field(fields);
+    if (field.name == "spectra") {
         tables.wavelengths = ascending(fields, "wavelengths");
         for (const float wavelength : tables.wavelengths)
             tables.channels.push_back(fmt::format("{}", wavelength));
@@ -111,8 +134,47 @@ void read_channels(const Fields& fields, RglTables& tables) {
     if (tables.channels.size() > max_channels)
         fields.fail(field, fmt::format("{} channels; expected at most {}", tables.channels.size(),
                                        max_channels));
-    tables.table = grid_of(fields, field,
-                           {tables.phi_i.size(), tables.theta_i.size(), tables.channels.size()});
+    tables.table =
+        grid_of(fields, field, {tables.phi_i.size(), tables.theta_i.size(), tables.channels.size()},
+                -INFINITY, values);
+}
+
+/// All tables. Those that are not taken, the table's and the luminance, have sizes alone.
+RglTables tables_of(const Fields& fields, Values values) {
+    RglTables tables;
+    tables.phi_i = ascending(fields, "phi_i");
+    tables.theta_i = ascending(fields, "theta_i");
+    const Field& theta_i = fields.get("theta_i", Type::F32, 1);
+    for (const std::size_t i : {std::size_t{0}, tables.theta_i.size() - 1})
+        if (tables.theta_i[i] < 0 || tables.theta_i[i] > most_theta)
+            fields.fail_value(theta_i, i, tables.theta_i[i], "an angle in [0, pi/2]");
+    const Field& description = fields.get("description", Type::U8, 1);
+    tables.description = std::string(description.data);
+    const Field& jacobian = fields.get("jacobian", Type::U8, 1);
+    if (jacobian.count() != 1)
+        fields.fail(jacobian, fmt::format("{} values; expected 1", jacobian.count()));
+    tables.jacobian = jacobian.data[0] != 0;
+    tables.ndf = grid_of(fields, fields.get("ndf", Type::F32, 2), {}, 0);
+    const Field& sigma = fields.get("sigma", Type::F32, 2);
+    tables.sigma = grid_of(fields, sigma, {});
+    for (std::size_t i = 0; i < tables.sigma.values.size(); ++i)
+        if (!(tables.sigma.values[i] > 0))
+            fields.fail_value(sigma, i, tables.sigma.values[i], "a positive number");
+    const std::vector<std::size_t> parameters{tables.phi_i.size(), tables.theta_i.size()};
+    const Field& vndf = fields.get("vndf", Type::F32, 4);
+    tables.vndf = grid_of(fields, vndf, parameters, 0);
+    for (std::size_t slice = 0; slice < tables.slices(); ++slice) {
+        const auto begin =
+            tables.vndf.values.begin() + static_cast<std::ptrdiff_t>(slice * tables.vndf.count());
+        if (std::all_of(begin, begin + static_cast<std::ptrdiff_t>(tables.vndf.count()),
+                        [](float x) { return x == 0; }))
+            fields.fail_value(vndf, slice * tables.vndf.count(), 0,
+                              "a positive value in each slice");
+    }
+    read_channels(fields, values, tables);
+    tables.luminance =
+        grid_of(fields, fields.get("luminance", Type::F32, 4), parameters, 0, values);
+    return tables;
 }
 
 /// One density over the unit square, as its table is inverted.
@@ -207,48 +269,81 @@ double incident_measure(const RglTables& tables, std::size_t p, std::size_t t) {
     return turn * (std::cos(least) - std::cos(most));
 }
 
-/// Sets the samples at the nodes of slice (p, t), from sample `first` on.
-void set_slice(const RglTables& tables, std::size_t p, std::size_t t, std::size_t first,
-               Directions& directions, Samples& samples) {
+/// A node of a table that is a sample.
+struct Node {
+    std::size_t x, y;
+    Slice::Point at; ///< where the warp puts it
+    Vector h, wo;
+    double c; ///< wi.h
+};
+
+/// Slice (p, t) of the tables.
+struct Incidence {
+    Incidence(const RglTables& tables, std::size_t slice)
+        : tables(tables), slice(slice), p(slice / tables.theta_i.size()),
+          t(slice % tables.theta_i.size()), theta(std::min<double>(tables.theta_i[t], pi / 2)),
+          phi(tables.phi_i[p]), wi(direction(theta, phi)) {}
+
+    /// Calls body(node) for each whose directions are above the horizon: also as the float32 planes
+    /// have them, by more than their rounding.
+    template <typename Body>
+    void each_node(Body body) const {
+        const RglTables::Grid& table = tables.table;
+        const Slice warp(tables.vndf.values.data() + slice * tables.vndf.count(), tables.vndf.width,
+                         tables.vndf.height);
+        if (!(wi[2] > 1e-6))
+            return;
+        for (std::size_t y = 0; y < table.height; ++y)
+            for (std::size_t x = 0; x < table.width; ++x) {
+                const auto at =
+                    warp.at_share(static_cast<double>(x) / static_cast<double>(table.width - 1),
+                                  static_cast<double>(y) / static_cast<double>(table.height - 1));
+                const Vector h = direction(at.u * at.u * pi / 2,
+                                           (2 * at.v - 1) * pi + (tables.isotropic() ? phi : 0.0));
+                const double c = wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2];
+                const Vector wo{2 * c * h[0] - wi[0], 2 * c * h[1] - wi[1], 2 * c * h[2] - wi[2]};
+                if (c > 0 && wo[2] > 1e-6)
+                    body(Node{x, y, at, h, wo, c});
+            }
+    }
+
+    const RglTables& tables;
+    const std::size_t slice, p, t;
+    const double theta, phi;
+    const Vector wi;
+};
+
+/// Sets the samples of a slice, from sample `k` on. `values`: the bytes of the table.
+void set_samples(const Incidence& incidence, std::string_view values, std::size_t k,
+                 Directions& directions, Samples& samples) {
+    const RglTables& tables = incidence.tables;
     const RglTables::Grid& table = tables.table;
-    const std::size_t slice = p * tables.theta_i.size() + t, nodes = table.count();
-    const std::size_t channels = tables.channels.size();
-    const Slice warp(tables.vndf.values.data() + slice * tables.vndf.count(), tables.vndf.width,
-                     tables.vndf.height);
-    const double theta_i = std::min<double>(tables.theta_i[t], pi / 2), phi_i = tables.phi_i[p];
-    const Vector wi = direction(theta_i, phi_i);
-    const double area = 4 * bilinear(tables.sigma, to_u(theta_i),
-                                     std::min(std::max((phi_i + pi) / (2 * pi), 0.0), 1.0));
-    const double measure = incident_measure(tables, p, t);
-    for (std::size_t node = 0; node < nodes; ++node) {
-        const std::size_t x = node % table.width, y = node / table.width, k = first + node;
-        const auto at =
-            warp.at_share(static_cast<double>(x) / static_cast<double>(table.width - 1),
-                          static_cast<double>(y) / static_cast<double>(table.height - 1));
-        const double theta_h = at.u * at.u * pi / 2;
-        const Vector h =
-            direction(theta_h, (2 * at.v - 1) * pi + (tables.isotropic() ? phi_i : 0.0));
-        const double c = wi[0] * h[0] + wi[1] * h[1] + wi[2] * h[2];
-        const Vector wo{2 * c * h[0] - wi[0], 2 * c * h[1] - wi[1], 2 * c * h[2] - wi[2]};
-        directions.set(k, wi, wo, h, c);
-        // above it also as the float32 planes have it, by more than their rounding
-        samples.valid[k] = c > 0 && wi[2] > 1e-6 && wo[2] > 1e-6;
-        if (samples.valid[k] == 0)
-            continue;
+    const std::size_t nodes = table.count(), channels = tables.channels.size(),
+                      count = directions.count();
+    const double area = 4 * bilinear(tables.sigma, to_u(incidence.theta),
+                                     std::min(std::max((incidence.phi + pi) / (2 * pi), 0.0), 1.0));
+    const double measure = incident_measure(tables, incidence.p, incidence.t);
+    incidence.each_node([&](const Node& node) {
+        const Slice::Point& at = node.at;
+        directions.set(k, incidence.wi, node.wo, node.h, node.c);
+        samples.valid[k] = 1;
         const double factor =
-            (tables.jacobian ? bilinear(tables.ndf, at.u, at.v) / area : 1) / wo[2];
+            (tables.jacobian ? bilinear(tables.ndf, at.u, at.v) / area : 1) / node.wo[2];
+        const std::size_t at_node =
+            incidence.slice * channels * nodes + node.y * table.width + node.x;
         for (std::size_t ch = 0; ch < channels; ++ch) {
-            const double value = factor * table.values[(slice * channels + ch) * nodes + node];
+            const double value = factor * stored(values, at_node + ch * nodes);
             samples.valid[k] &= static_cast<std::uint8_t>(std::abs(value) <= FLT_MAX);
-            samples.channel(ch)[k] = static_cast<float>(value);
+            samples.values[ch * count + k] = static_cast<float>(value);
         }
         // d(wo) = 4 c d(h), d(h) = 2 pi^2 u sin(theta_h) du dv
-        const double outgoing = at.density > 0
-                                    ? share(x, table.width) * share(y, table.height) / at.density *
-                                          8 * pi * pi * at.u * std::sin(theta_h) * c
-                                    : 0;
-        samples.weights[k] = static_cast<float>(std::min<double>(measure * outgoing, FLT_MAX));
-    }
+        const double theta_h = at.u * at.u * pi / 2;
+        const double outgoing = at.density > 0 ? share(node.x, table.width) *
+                                                     share(node.y, table.height) / at.density * 8 *
+                                                     pi * pi * at.u * std::sin(theta_h) * node.c
+                                               : 0;
+        samples.weights[k++] = static_cast<float>(std::min<double>(measure * outgoing, FLT_MAX));
+    });
 }
 
 } // namespace
@@ -258,44 +353,13 @@ bool recognise(std::string_view bytes) {
 }
 
 RglTables read_tables(const MappedFile& file) {
-    const Fields fields(file);
-    RglTables tables;
-    tables.phi_i = ascending(fields, "phi_i");
-    tables.theta_i = ascending(fields, "theta_i");
-    const Field& theta_i = fields.get("theta_i", Type::F32, 1);
-    for (const std::size_t i : {std::size_t{0}, tables.theta_i.size() - 1})
-        if (tables.theta_i[i] < 0 || tables.theta_i[i] > most_theta)
-            fields.fail_value(theta_i, i, tables.theta_i[i], "an angle in [0, pi/2]");
-    const Field& description = fields.get("description", Type::U8, 1);
-    tables.description = std::string(description.data);
-    const Field& jacobian = fields.get("jacobian", Type::U8, 1);
-    if (jacobian.count() != 1)
-        fields.fail(jacobian, fmt::format("{} values; expected 1", jacobian.count()));
-    tables.jacobian = jacobian.data[0] != 0;
-    tables.ndf = grid_of(fields, fields.get("ndf", Type::F32, 2), {}, 0);
-    const Field& sigma = fields.get("sigma", Type::F32, 2);
-    tables.sigma = grid_of(fields, sigma, {});
-    for (std::size_t i = 0; i < tables.sigma.values.size(); ++i)
-        if (!(tables.sigma.values[i] > 0))
-            fields.fail_value(sigma, i, tables.sigma.values[i], "a positive number");
-    const std::vector<std::size_t> parameters{tables.phi_i.size(), tables.theta_i.size()};
-    const Field& vndf = fields.get("vndf", Type::F32, 4);
-    tables.vndf = grid_of(fields, vndf, parameters, 0);
-    for (std::size_t slice = 0; slice < tables.slices(); ++slice) {
-        const auto begin =
-            tables.vndf.values.begin() + static_cast<std::ptrdiff_t>(slice * tables.vndf.count());
-        if (std::all_of(begin, begin + static_cast<std::ptrdiff_t>(tables.vndf.count()),
-                        [](float x) { return x == 0; }))
-            fields.fail_value(vndf, slice * tables.vndf.count(), 0,
-                              "a positive value in each slice");
-    }
-    read_channels(fields, tables);
-    tables.luminance = grid_of(fields, fields.get("luminance", Type::F32, 4), parameters, 0);
-    return tables;
+    return tables_of(Fields(file), Values::Taken);
 }
 
 Samples read(const MappedFile& file, std::optional<bool> isotropic) {
-    const RglTables tables = read_tables(file);
+    const Fields fields(file);
+    const RglTables tables = tables_of(fields, Values::Checked);
+    const std::string_view values = table_field(fields).data;
     if (isotropic && *isotropic != tables.isotropic())
         throw UsageError(fmt::format("{}: the RGL file says that it is {}isotropic", file.path(),
                                      tables.isotropic() ? "" : "an"));
@@ -304,15 +368,26 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
                                  tables.wavelengths.empty() ? "" : ", spectral");
     samples.channels = tables.channels;
     samples.isotropic = tables.isotropic();
-    const std::size_t nodes = tables.table.count(), count = tables.slices() * nodes;
-    const auto directions = std::make_shared<Directions>(count);
-    samples.directions = directions;
+    const std::size_t slices = tables.slices();
+    std::vector<std::size_t> first(slices + 1); // sample of each slice
+    parallel_pieces(slices, 1, [&](std::size_t slice, std::size_t) {
+        Incidence(tables, slice).each_node([&](const Node&) { ++first[slice + 1]; });
+    });
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    const std::size_t count = first.back();
+    if (count == 0)
+        throw InputError(fmt::format("{}: all directions are below the horizon; expected some "
+                                     "above",
+                                     file.path()));
+    samples.left_out = slices * tables.table.count() - count;
+    Directions directions = Directions::unfilled(count);
     samples.values.resize(count * tables.channels.size());
     samples.weights.resize(count);
     samples.valid.resize(count);
-    for (std::size_t p = 0; p < tables.phi_i.size(); ++p)
-        for (std::size_t t = 0; t < tables.theta_i.size(); ++t)
-            set_slice(tables, p, t, (p * tables.theta_i.size() + t) * nodes, *directions, samples);
+    parallel_pieces(slices, 1, [&](std::size_t slice, std::size_t) {
+        set_samples(Incidence(tables, slice), values, first[slice], directions, samples);
+    });
+    samples.directions = std::make_shared<const Directions>(std::move(directions));
     return samples;
 }
 

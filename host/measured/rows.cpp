@@ -22,24 +22,38 @@ std::vector<std::pair<double, double>> ranges_of(const std::vector<double>& node
     return ranges;
 }
 
+namespace {
+
+constexpr const char* written_meanwhile =
+    "has other rows than when it was opened; expected no other process to write it";
+
+} // namespace
+
+Rows::Rows(const text::Lines& lines, std::vector<std::string> channels, std::size_t count,
+           bool weighted)
+    : lines_(lines), directions_(Directions::unfilled(count)) {
+    samples_.channels = std::move(channels);
+    samples_.values.resize(count * samples_.channels.size());
+    samples_.weights.resize(weighted ? count : 0);
+    samples_.valid.resize(count);
+}
+
+void Rows::add(const Vector& wi, const Vector& wo, bool valid) {
+    if (added_ == directions_.count())
+        lines_.fail_file(written_meanwhile);
+    row_ = added_++;
+    channel_ = 0;
+    directions_.set(row_, wi, wo);
+    samples_.valid[row_] = valid && directions_.above_horizon(row_) ? 1 : 0;
+}
+
 Samples Rows::samples(std::string format, bool isotropic) {
-    const std::size_t count = pairs_.size(), channels = channels_.size();
-    Samples samples;
-    samples.format = std::move(format);
-    samples.channels = std::move(channels_);
-    samples.isotropic = isotropic;
-    samples.weights = std::move(weights_);
-    samples.valid = std::move(valid_);
-    samples.values.resize(count * channels);
-    Directions directions(count);
-    for (std::size_t k = 0; k < count; ++k) {
-        directions.set(k, pairs_[k].first, pairs_[k].second);
-        samples.valid[k] &= static_cast<std::uint8_t>(directions.above_horizon(k));
-        for (std::size_t c = 0; c < channels; ++c)
-            samples.values[c * count + k] = values_[k * channels + c];
-    }
-    samples.directions = std::make_shared<const Directions>(std::move(directions));
-    return samples;
+    if (added_ != directions_.count())
+        lines_.fail_file(written_meanwhile);
+    samples_.format = std::move(format);
+    samples_.isotropic = isotropic;
+    samples_.directions = std::make_shared<const Directions>(std::move(directions_));
+    return std::move(samples_);
 }
 
 } // namespace brdfit

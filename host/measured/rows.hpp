@@ -1,5 +1,6 @@
 #pragma once
 
+#include "host/files/text.hpp"
 #include "host/measured/samples.hpp"
 
 #include <string>
@@ -17,29 +18,30 @@ std::vector<std::string> numbered_channels(std::size_t n);
 std::vector<std::pair<double, double>> ranges_of(const std::vector<double>& nodes, double begin,
                                                  double end);
 
-/// Collects samples, whose number shows at the end.
+/// Collects samples of a text. Their number must be known, so that each goes where it stays; a text
+/// that has another in the end is an InputError: some other process writes it.
 class Rows {
   public:
-    explicit Rows(std::vector<std::string> channels) : channels_(std::move(channels)) {}
+    /// `lines` outlives this.
+    Rows(const text::Lines& lines, std::vector<std::string> channels, std::size_t count,
+         bool weighted = false);
 
-    /// A sample; its values follow, one a channel. `wi` and `wo`: unit vectors.
-    void add(const Vector& wi, const Vector& wo, bool valid = true) {
-        pairs_.emplace_back(wi, wo);
-        valid_.push_back(valid);
+    /// The next sample; its values follow, one a channel. `wi` and `wo`: unit vectors. Below the
+    /// horizon it is not valid.
+    void add(const Vector& wi, const Vector& wo, bool valid = true);
+    void add_value(float value) {
+        samples_.values[channel_++ * directions_.count() + row_] = value;
     }
-    void add_value(float value) { values_.push_back(value); }
-    void add_weight(float weight) { weights_.push_back(weight); }
-    bool empty() const { return pairs_.empty(); }
+    void add_weight(float weight) { samples_.weights[row_] = weight; }
 
-    /// All of them. Samples below the horizon become invalid.
+    /// All of them, when each is there.
     Samples samples(std::string format, bool isotropic);
 
   private:
-    std::vector<std::string> channels_;
-    std::vector<std::pair<Vector, Vector>> pairs_;
-    std::vector<float> values_; // [sample][channel]
-    std::vector<float> weights_;
-    std::vector<std::uint8_t> valid_;
+    const text::Lines& lines_;
+    Samples samples_;
+    Directions directions_;
+    std::size_t added_ = 0, row_ = 0, channel_ = 0; // the value that comes next
 };
 
 } // namespace brdfit

@@ -20,6 +20,8 @@ struct Samples {
     std::vector<float> values;                    ///< BRDF in 1/sr, [channel][sample]
     std::vector<float> weights;      ///< w_k >= 0, solid-angle measure of the sample; empty: all 1
     std::vector<std::uint8_t> valid; ///< [sample] 0: dropped by every consumer
+    /// Nodes of the file's table that are no samples: not measured, or below the horizon.
+    std::size_t left_out = 0;
     bool isotropic = true;
 
     std::size_t count() const { return directions ? directions->count() : 0; }

@@ -1,6 +1,7 @@
 #include "host/measured/formats.hpp"
 
 #include "host/files/channels.hpp"
+#include "host/measured/rows.hpp"
 
 #include <algorithm>
 #include <cfloat>
@@ -82,50 +83,38 @@ Samples read_rows(text::Lines& lines, const std::vector<std::string_view>& names
             lines.fail(fmt::format("column {}: {}; expected {}", i + 1, text::quoted(names[i]),
                                    channel_name_expected));
 
-    struct Pair {
-        double theta_i, phi_i, theta_o, phi_o;
-    };
-    std::vector<Pair> pairs;
-    std::vector<float> rows; // [sample][channel]: how many samples there are shows at the end
-    Samples samples;
+    std::vector<std::string> channel_names;
+    for (const std::size_t i : channels)
+        channel_names.emplace_back(names[i]);
+    const std::size_t count = lines.rows_ahead(names.size());
+    Rows rows(lines, std::move(channel_names), count, weighted);
+    std::optional<double> first_phi;
+    bool one_plane = true;
     std::vector<std::string_view> fields;
     while (lines.next()) {
         text::split(lines.line(), separator, fields);
         if (fields.size() != names.size())
             lines.fail(fmt::format("{} fields; expected {}", fields.size(), names.size()));
-        pairs.push_back({polar_angle(lines, angles.theta_i, fields[theta_i]),
-                         text::number(lines, angles.phi_i, fields[phi_i]),
-                         polar_angle(lines, angles.theta_o, fields[theta_o]),
-                         text::number(lines, angles.phi_o, fields[phi_o])});
+        const double theta = polar_angle(lines, angles.theta_i, fields[theta_i]),
+                     phi = text::number(lines, angles.phi_i, fields[phi_i]);
+        rows.add(direction(theta, phi),
+                 direction(polar_angle(lines, angles.theta_o, fields[theta_o]),
+                           text::number(lines, angles.phi_o, fields[phi_o])));
+        one_plane = one_plane && phi == first_phi.value_or(phi);
+        first_phi = phi;
         for (const std::size_t i : channels)
-            rows.push_back(float_number(lines, names[i], fields[i]));
-        if (weighted) {
-            samples.weights.push_back(float_number(lines, names[weight], fields[weight]));
-            if (samples.weights.back() < 0)
-                lines.fail(fmt::format("column weight: {}; expected 0 or more",
-                                       text::quoted(fields[weight])));
-        }
+            rows.add_value(float_number(lines, names[i], fields[i]));
+        if (!weighted)
+            continue;
+        const float value = float_number(lines, names[weight], fields[weight]);
+        if (value < 0)
+            lines.fail(
+                fmt::format("column weight: {}; expected 0 or more", text::quoted(fields[weight])));
+        rows.add_weight(value);
     }
-    if (pairs.empty())
+    if (count == 0)
         lines.fail_file("no samples; expected rows of numbers after the header");
-
-    Directions directions(pairs.size());
-    samples.values.resize(rows.size());
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-        directions.set(k, direction(pairs[k].theta_i, pairs[k].phi_i),
-                       direction(pairs[k].theta_o, pairs[k].phi_o));
-        for (std::size_t c = 0; c < channels.size(); ++c)
-            samples.values[c * pairs.size() + k] = rows[k * channels.size() + c];
-    }
-    samples.directions = std::make_shared<const Directions>(std::move(directions));
-    for (const std::size_t i : channels)
-        samples.channels.emplace_back(names[i]);
-    samples.valid.assign(pairs.size(), 1);
-    samples.isotropic =
-        isotropic.value_or(std::all_of(pairs.begin(), pairs.end(), [&](const Pair& pair) {
-            return pair.phi_i == pairs[0].phi_i;
-        }));
-    return samples;
+    return rows.samples({}, isotropic.value_or(one_plane));
 }
 
 bool recognise(std::string_view bytes) {

@@ -52,7 +52,8 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
     for (const auto& [least, most] : ranges_of(theta, 0, theta.back() + theta_step / 2))
         measure.push_back((std::cos(least) - std::cos(most)) * phi_step);
     const std::size_t count = directions * directions;
-    Directions pairs(count);
+    Directions pairs = Directions::unfilled(count);
+    samples.weights.reserve(count);
     for (std::size_t k = 0; k < count; ++k) {
         const std::size_t i = k / directions, o = k % directions;
         pairs.set(k, node_direction(i), node_direction(o));

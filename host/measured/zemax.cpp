@@ -196,6 +196,39 @@ void write_angles(RowWriter& writer, const char* key, const std::vector<double>&
                     i + 1 < angles.size() ? '\t' : '\n');
 }
 
+/// Which nodes are samples: above the horizon, and not among the zeros at a row's end, which are
+/// directions that were not measured.
+std::vector<std::uint8_t> measured_nodes(const Header& header, const std::vector<float>& values) {
+    const std::size_t count = values.size() / header.channels.size(),
+                      columns = header.radials.size();
+    std::vector<std::uint8_t> kept;
+    kept.reserve(count);
+    each_pair(header, [&](const Vector& wi, const Vector& wo) {
+        kept.push_back(static_cast<float>(wi[2]) > 0 && static_cast<float>(wo[2]) > 0 ? 1 : 0);
+    });
+    for (std::size_t begin = 0; begin < count; begin += columns) {
+        const auto zero = [&](std::size_t k) {
+            for (std::size_t c = 0; c < header.channels.size(); ++c)
+                if (values[c * count + k] != 0)
+                    return false;
+            return true;
+        };
+        for (std::size_t k = begin + columns; k-- > begin && zero(k);)
+            kept[k] = 0;
+    }
+    return kept;
+}
+
+/// Drops the values, [channel][node], of nodes that are not kept, and the room that they had.
+void keep(const std::vector<std::uint8_t>& kept, std::size_t channels, std::vector<float>& values) {
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < channels * kept.size(); ++k)
+        if (kept[k % kept.size()] != 0)
+            values[next++] = values[k];
+    values.resize(next);
+    values.shrink_to_fit();
+}
+
 } // namespace
 
 bool recognise(std::string_view bytes) {
@@ -218,39 +251,43 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
                                  header.plane_symmetric ? "plane-symmetric" : "asymmetric");
     samples.channels = header.channels;
     samples.isotropic = isotropic.value_or(header.rotations.size() == 1);
+    // No more than the text has room for, whatever the header says.
+    samples.values.reserve(std::min(header.channels.size() * header.blocks() * header.block(),
+                                    file.bytes().size() / 2));
     for (std::size_t c = 0; c < header.channels.size(); ++c) {
         if (c > 0 && !lines.next())
             lines.fail_file(
                 fmt::format("the file ends after {} of {} channels", c, header.channels.size()));
         read_channel(lines, header, c, samples.values);
     }
+    const std::vector<std::uint8_t> kept = measured_nodes(header, samples.values);
+    keep(kept, header.channels.size(), samples.values);
     const std::size_t count = samples.values.size() / header.channels.size();
-    Directions directions = Directions::unfilled(count);
-    std::size_t next = 0;
-    each_pair(header, [&](const Vector& wi, const Vector& wo) { directions.set(next++, wi, wo); });
-    samples.valid.resize(count);
-    const std::size_t columns = header.radials.size();
-    for (std::size_t begin = 0; begin < count; begin += columns) {
-        // Zeros at a row's end are directions that were not measured.
-        bool measured = false;
-        for (std::size_t k = begin + columns; k-- > begin;) {
-            for (std::size_t c = 0; c < header.channels.size(); ++c)
-                measured = measured || samples.values[c * count + k] != 0;
-            samples.valid[k] = measured && directions.above_horizon(k) ? 1 : 0;
-        }
-    }
-    samples.directions = std::make_shared<const Directions>(std::move(directions));
+    if (count == 0)
+        lines.fail_file("only zeros, or directions below the horizon; expected measured values");
+    samples.left_out = kept.size() - count;
+    samples.valid.assign(count, 1);
+    samples.weights.reserve(count);
     const auto of_rotation = azimuth_measures(header.rotations),
                of_azimuth = azimuth_measures(header.azimuths),
                of_incidence = polar_measures(header.incidences, pi / 2),
                of_radial = polar_measures(header.radials, header.radials.back());
-    samples.weights.reserve(count);
+    std::size_t node = 0;
     for (const double rotation : of_rotation)
         for (const double incidence : of_incidence)
             for (const double azimuth : of_azimuth)
                 for (const double radial : of_radial)
-                    samples.weights.push_back(
-                        static_cast<float>(rotation * incidence * azimuth * radial));
+                    if (kept[node++] != 0)
+                        samples.weights.push_back(
+                            static_cast<float>(rotation * incidence * azimuth * radial));
+    Directions directions = Directions::unfilled(count);
+    std::size_t next = 0;
+    node = 0;
+    each_pair(header, [&](const Vector& wi, const Vector& wo) {
+        if (kept[node++] != 0)
+            directions.set(next++, wi, wo);
+    });
+    samples.directions = std::make_shared<const Directions>(std::move(directions));
     return samples;
 }
 

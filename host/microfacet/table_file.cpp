@@ -1,7 +1,7 @@
+#include "host/microfacet/table_file.hpp"
 #include "host/error.hpp"
 #include "host/image/image.hpp"
 #include "host/image/preview.hpp"
-#include "host/microfacet/table.hpp"
 #include "host/version.hpp"
 
 #include <algorithm>
@@ -68,7 +68,8 @@ Json part_json(const DistributionPart& part) {
 /// What a table needs of a file, with errors that name it.
 class Reader {
   public:
-    explicit Reader(const std::string& path) : path_(path), images_(read_exr_parts(path)) {}
+    Reader(std::vector<Image> parts, const std::string& path)
+        : path_(path), images_(std::move(parts)) {}
 
     std::shared_ptr<const MicrofacetTable> read() {
         const Image& tables = image("tables", "a table that brdfit generate made");
@@ -372,7 +373,11 @@ std::string write_table_preview(const MicrofacetTable& table, const std::string&
 }
 
 std::shared_ptr<const MicrofacetTable> read_table(const std::string& path) {
-    return Reader(path).read();
+    return table_of(read_exr_parts(path), path);
+}
+
+std::shared_ptr<const MicrofacetTable> table_of(std::vector<Image> parts, const std::string& path) {
+    return Reader(std::move(parts), path).read();
 }
 
 } // namespace brdfit

@@ -1,20 +1,20 @@
-#include "host/files/file.hpp"
+#include "host/microfacet/table_file.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace brdfit;
 
-// The JSON in a table of brdfit generate, in place of that of two good files.
+// The JSON in a table of brdfit generate, in place of that of two good ones.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const std::string path = fuzz::folder() + "/table.exr";
-    static const std::vector<Image> good[] = {
-        (write_table(fuzz::example_table(false), path), read_exr_parts(path)),
-        (write_table(fuzz::example_table(true), path), read_exr_parts(path))};
-    for (std::vector<Image> images : good) {
-        images[0].metadata["microfacet"].assign(reinterpret_cast<const char*>(data), size);
-        write_exr_parts(images, path, ExrPixel::Float);
-        take_replaced_files();
+    const auto parts_of = [](bool isotropic) {
+        write_table(fuzz::example_table(isotropic), path);
+        return read_exr_parts(path);
+    };
+    static const std::vector<Image> good[] = {parts_of(false), parts_of(true)};
+    for (std::vector<Image> parts : good) {
+        parts[0].metadata["microfacet"].assign(reinterpret_cast<const char*>(data), size);
         std::shared_ptr<const MicrofacetTable> table;
-        if (fuzz::reads(path, [&] { table = read_table(path); }))
+        if (fuzz::reads(path, [&] { table = table_of(std::move(parts), path); }))
             fuzz::check(*table);
     }
     return 0;

@@ -140,6 +140,7 @@ void add_measured(Seeds& seeds) {
         });
     }
     seeds.add("measured", "{}");
+    seeds.add("utia", std::string(reinterpret_cast<const char*>(wide_values), sizeof wide_values));
     seeds.add("directions", test::npy_example());
     seeds.add("directions", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n0,0,1,0.6,0,0.8\n0,0,1,0,0,-1\n");
 }
@@ -244,6 +245,18 @@ void add_runs(Seeds& seeds) {
     }
     seeds.add("shard_log", lines);
     seeds.add("shard_log", lines.substr(0, lines.size() - 20));
+    Json fitted = Json::parse(test::material_example);
+    fitted["fit"].update({{"metric", "ngan"},
+                          {"error", {{"ngan", 1}, {"log", 1}, {"l2", 1}, {"cbrt", 1}}},
+                          {"standard_error", {{"lobes[0].mx", 0.1}, {"kd[R]", nullptr}}},
+                          {"samples", 3},
+                          {"evaluations", 4},
+                          {"seconds", 0.5},
+                          {"starts", 0},
+                          {"largest_albedo", {{"R", 1.5}, {"theta", 80}, {"channel", "R"}}}});
+    seeds.add("fit_folder", fitted.dump());
+    seeds.add("fit_folder",
+              "file,model,lobes,metric,failed\na.csv,kurt,1,ngan,\"no, \"\"none\"\"\"\n");
     seeds.add("shard_log", sealed(parse_json(lines.substr(0, lines.find('\n')) + "}", "row", "")));
 }
 
@@ -304,6 +317,13 @@ void add_images(Seeds& seeds) {
         image.metadata = {{"theta_h", "0,0.1,0.5,1,1.5"}, {"phi_h", "0,1,2,3,4,5"}};
         write_exr(image, path, ExrPixel::Float);
     });
+    for (const bool grey : {false, true})
+        seeds.add_file("environment", [&](const std::string& path) {
+            const std::vector<std::string> channels =
+                grey ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+            const std::vector<float> plane = {0.5F, 1, 2, 0.25F, 0, 0.125F, 3, 1};
+            write_exr({4, 2, channels, {channels.size(), plane}, {}}, path, ExrPixel::Half);
+        });
     seeds.add_file(
         "png", [&](const std::string& path) { fuzz::write_png(fuzz::example_image("Y"), path); });
 }

@@ -65,4 +65,32 @@ void expect_whole(const Samples& samples, const std::string& what) {
     }
 }
 
+std::vector<double> block_integrals(const Samples& samples,
+                                    const std::function<double(std::size_t)>& function) {
+    std::vector<double> sums, thetas;
+    for (std::size_t k = 0; k < samples.count(); ++k) {
+        const Vector wi = samples.directions->wi(k);
+        if (k == 0 || distance(wi, samples.directions->wi(k - 1)) > 1e-6) {
+            sums.push_back(0);
+            thetas.push_back(std::acos(wi[2]));
+        }
+        sums.back() += samples.weights[k] * samples.values[k] * samples.valid[k] * function(k);
+    }
+    // What the weights have of wi: the solid angle that it is nearest to.
+    std::size_t incidences = 1;
+    while (incidences < thetas.size() && thetas[incidences] > thetas[incidences - 1])
+        ++incidences;
+    const std::size_t rotations = thetas.size() / incidences;
+    for (std::size_t b = 0; b < sums.size(); ++b) {
+        const std::size_t i = b % incidences, r = b / incidences;
+        const double least = i == 0 ? 0 : (thetas[i - 1] + thetas[i]) / 2;
+        const double most = i + 1 == incidences ? pi / 2 : (thetas[i] + thetas[i + 1]) / 2;
+        const double turn = rotations == 1 ? 2 * pi
+                                           : 2 * pi / static_cast<double>(rotations - 1) *
+                                                 (r == 0 || r + 1 == rotations ? 0.5 : 1);
+        sums[b] /= turn * (std::cos(least) - std::cos(most));
+    }
+    return sums;
+}
+
 } // namespace brdfit::test

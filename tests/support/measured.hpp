@@ -6,6 +6,7 @@
 #include "tests/support/examples.hpp"
 #include "tests/support/support.hpp"
 
+#include <functional>
 #include <gtest/gtest.h>
 #include <optional>
 #include <string>
@@ -45,5 +46,10 @@ std::string npy_file(int version, const std::string& header, const std::vector<N
 /// Fails where samples are not what every consumer relies on: sizes that agree, and valid samples
 /// above the horizon whose values, directions and weights are finite.
 void expect_whole(const Samples& samples, const std::string& what);
+
+/// For each wi of a Zemax file, in the file's order, the integral over the wo that it lists of f
+/// times a function of the sample. Its rotations are evenly spaced over the circle.
+std::vector<double> block_integrals(const Samples& samples,
+                                    const std::function<double(std::size_t)>& function);
 
 } // namespace brdfit::test
