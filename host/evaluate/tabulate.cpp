@@ -211,18 +211,21 @@ Tabulated tabulate(const Device& device, const BrdfFunction& brdf, const RglChan
     // Each round doubles the axis that helps most.
     for (int round = 1; distance(best) > 1; ++round) {
         std::optional<Tabulated> next;
-        for (int axis = 0; axis < (isotropic ? 2 : 3); ++axis) {
+        const int axes = isotropic ? 2 : 3;
+        const auto begin = [&](int axis) { // the share that is done
+            return 1 - std::pow(0.7, round - 1 + static_cast<double>(axis) / axes);
+        };
+        for (int axis = 0; axis < axes; ++axis) {
             const RglSize larger = grown(best.size, axis);
             if (bytes_of(larger, channels.source.size()) > limits.most_bytes)
                 continue;
-            Tabulated made = made_at(larger, {});
+            Tabulated made = made_at(larger, part_of(progress, begin(axis), begin(axis + 1)));
             if (!next || distance(made) < distance(*next))
                 next = std::move(made);
         }
         if (!next || distance(*next) > 0.97 * distance(best))
             break;
         best = std::move(*next);
-        tell(progress, 1 - std::pow(0.7, round));
     }
     return best;
 }

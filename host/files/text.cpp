@@ -35,11 +35,18 @@ bool Lines::next() {
     return false;
 }
 
-std::size_t Lines::rows_ahead(std::size_t fields) const {
+std::size_t Lines::ahead(const std::function<bool(std::string_view line)>& counts) const {
     std::size_t count = 0;
-    for (Lines lines(*this); lines.next() && lines.line().size() + 1 >= 2 * fields;)
-        ++count;
+    try {
+        for (Lines lines(*this); lines.next();)
+            count += counts(lines.line()) ? 1 : 0;
+    } catch (const InputError&) { // the reader's, once it is there
+    }
     return count;
+}
+
+std::size_t Lines::rows_ahead(std::size_t fields) const {
+    return ahead([=](std::string_view row) { return row.size() + 1 >= 2 * fields; });
 }
 
 void Lines::fail(const std::string& message) const {

@@ -3,6 +3,7 @@
 #include "host/files/file.hpp"
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,7 +20,9 @@ class Lines {
     /// Moves to the next line; returns false at the end of the text. Throws InputError for a line
     /// longer than most_bytes: binary data, say.
     bool next();
-    /// How many lines follow, up to one too short for so many fields.
+    /// How many of the lines that follow count, up to one that next() throws for.
+    std::size_t ahead(const std::function<bool(std::string_view line)>& counts) const;
+    /// How many of them have room for so many fields.
     std::size_t rows_ahead(std::size_t fields) const;
     /// The line, without white space at its ends.
     std::string_view line() const { return line_; }

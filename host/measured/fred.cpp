@@ -53,11 +53,10 @@ Samples read(const MappedFile& file, std::optional<bool> isotropic) {
     lines.next(); // type bsdf_data
     std::vector<std::string_view> words;
     Units units;
-    std::size_t count = 0;
-    for (text::Lines ahead(lines); ahead.next();) {
-        text::split(ahead.line(), ' ', words);
-        count += is_row(words) ? 1 : 0;
-    }
+    const std::size_t count = lines.ahead([&](std::string_view line) {
+        text::split(line, ' ', words);
+        return is_row(words);
+    });
     if (count == 0)
         lines.fail_file("no samples; expected rows of theta, phi and a value");
     Rows rows(lines, numbered_channels(1), count);
