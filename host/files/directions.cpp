@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <fmt/format.h>
 
 namespace brdfit {
@@ -82,12 +81,6 @@ Directions read_csv_directions(text::Lines& lines) {
 }
 
 } // namespace
-
-bool normalise(const double* v, Vector& unit) {
-    const double length = std::hypot(v[0], v[1], v[2]);
-    unit = {v[0] / length, v[1] / length, v[2] / length};
-    return std::abs(length - 1) <= 1e-3; // false for NaN
-}
 
 Directions read_directions(const std::string& path) {
     const MappedFile file(path);

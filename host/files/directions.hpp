@@ -2,13 +2,19 @@
 
 #include "host/directions.hpp"
 
+#include <cmath>
 #include <string>
 #include <vector>
 
 namespace brdfit {
 
 /// Normalises three coordinates. Returns whether they were a unit vector within 1e-3; not for NaN.
-bool normalise(const double* v, Vector& unit);
+inline bool normalise(const double* v, Vector& unit) {
+    const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    const double scale = 1 / length;
+    unit = {v[0] * scale, v[1] * scale, v[2] * scale};
+    return std::abs(length - 1) <= 1e-3; // false for NaN
+}
 
 /// Reads pairs of directions: `.csv` with the header wi_x,wi_y,wi_z,wo_x,wo_y,wo_z or `.npy` of
 /// float32 or float64, shape (N, 6); recognised by content. Vectors are normalised when within
