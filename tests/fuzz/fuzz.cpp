@@ -68,6 +68,13 @@ const std::string& input_file(const std::uint8_t* data, std::size_t size) {
     return path;
 }
 
+bool one_in(std::uint32_t count, const std::uint8_t* data, std::size_t size) {
+    std::uint32_t hash = 2166136261U; // FNV-1a
+    for (std::size_t i = 0; i < size; ++i)
+        hash = (hash ^ data[i]) * 16777619U;
+    return (hash ^ hash >> 16) % count == 0;
+}
+
 const std::string& folder() {
     static const std::string path = [] {
         std::string name = (std::filesystem::temp_directory_path() / "brdfit-fuzz-XXXXXX").string();
