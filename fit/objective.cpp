@@ -59,6 +59,7 @@ void Objective::prepare() {
     prepare.setArg(2, samples_.index);
     prepare.setArg(3, planes_);
     prepare.setArg(4, static_cast<cl_uint>(samples_.stride / width));
+    const std::lock_guard<std::mutex> lock(program_->running);
     enqueue_runs(device_, prepare, samples_.stride / width);
     device_.queue.finish();
     count_first_run(started);
@@ -120,10 +121,14 @@ Objective::Reduced Objective::run(const char* name, const std::vector<double>& t
     k.setArg(argument++, out_);
     if (secant) // a loss pass
         k.setArg(argument++, static_cast<cl_int>(*secant));
-    device_.queue.enqueueNDRangeKernel(
-        k, cl::NullRange, cl::NDRange(samples_.groups * local, chunks), cl::NDRange(local, 1));
     staged_out_.resize(outputs);
-    device_.queue.enqueueReadBuffer(out_, CL_TRUE, 0, outputs * sizeof(float), staged_out_.data());
+    {
+        const std::lock_guard<std::mutex> lock(program_->running);
+        device_.queue.enqueueNDRangeKernel(
+            k, cl::NullRange, cl::NDRange(samples_.groups * local, chunks), cl::NDRange(local, 1));
+        device_.queue.enqueueReadBuffer(out_, CL_TRUE, 0, outputs * sizeof(float),
+                                        staged_out_.data());
+    }
 
     Reduced reduced{
         Eigen::ArrayXXd::Zero(static_cast<Eigen::Index>(sums), static_cast<Eigen::Index>(chunks))};

@@ -36,7 +36,9 @@ void Objective::compress(Metric metric) {
     k.setArg(1, samples_.iz);
     k.setArg(2, static_cast<cl_uint>(samples_.stride / width));
     k.setArg(3, compressed_);
+    const std::lock_guard<std::mutex> lock(program_->running);
     enqueue_runs(device_, k, samples_.stride / width);
+    device_.queue.finish();
     compressed_for_ = metric;
 }
 

@@ -95,10 +95,14 @@ std::vector<ShapeSums> Objective::shape_sums(const std::vector<std::vector<doubl
         k.setArg(6, static_cast<cl_uint>(count));
         k.setArg(7, diffuse_theta);
         k.setArg(8, out);
-        device_.queue.enqueueNDRangeKernel(k, cl::NullRange,
-                                           cl::NDRange(tiles * local, samples_.groups, chunks),
-                                           cl::NDRange(local, 1, 1));
-        const std::vector<float> partial = download<float>(device_, out, outputs);
+        std::vector<float> partial;
+        {
+            const std::lock_guard<std::mutex> lock(program_->running);
+            device_.queue.enqueueNDRangeKernel(k, cl::NullRange,
+                                               cl::NDRange(tiles * local, samples_.groups, chunks),
+                                               cl::NDRange(local, 1, 1));
+            partial = download<float>(device_, out, outputs);
+        }
         if (std::exchange(fresh, false))
             count_first_run(started);
         const std::size_t all = tiles * tile * sums;
@@ -132,6 +136,7 @@ void Objective::write_fixed_rows(const cl::Buffer& rows) {
     k.setArg(3, static_cast<cl_uint>(samples_.stride / width));
     k.setArg(4, theta_);
     k.setArg(5, rows);
+    const std::lock_guard<std::mutex> lock(program_->running);
     enqueue_runs(device_, k, samples_.stride / width);
     device_.queue.finish();
     if (fresh)
@@ -161,6 +166,7 @@ void Objective::write_shape_rows(const cl::Buffer& rows, std::size_t first,
         k.setArg(4, static_cast<cl_int>(parameters));
         k.setArg(5, static_cast<cl_uint>(first + begin));
         k.setArg(6, rows);
+        const std::lock_guard<std::mutex> lock(program_->running);
         enqueue_runs(device_, k, samples_.stride / width, end - begin);
         device_.queue.finish();
         if (std::exchange(fresh, false))

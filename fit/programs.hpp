@@ -33,6 +33,9 @@ struct FitProgram {
     StructureLayout layout;
     cl::Program program;
     std::shared_ptr<BuildSeconds> build_seconds; ///< for first runs of its kernels
+    /// Held while one of its kernels runs: PoCL 3.1 aborts (pocl_release_dlhandle_cache) where
+    /// three runs of one kernel overlap, the last of them the largest so far.
+    mutable std::mutex running;
 };
 
 /// Builds each program once for a device. Safe to call from several threads.

@@ -271,9 +271,7 @@ void Search::fill_gram(const Device& device, const cl::Program& gram_program,
     kernel.setArg(0, rows);
     kernel.setArg(1, static_cast<cl_uint>(samples.stride / width));
     kernel.setArg(2, out);
-    // One at a time: PoCL 3.1 may mistake runs of one kernel for each other that overlap and are of
-    // different sizes, and then aborts.
-    static std::mutex running;
+    static std::mutex running; // as FitProgram::running
     const std::lock_guard<std::mutex> lock(running);
     device.queue.enqueueNDRangeKernel(kernel, cl::NullRange,
                                       cl::NDRange(tiles * local, tiles, samples.groups),

@@ -7,8 +7,10 @@
 #include "tests/support/reference_models.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <future>
 #include <gtest/gtest.h>
 #include <random>
 #include <tuple>
@@ -340,6 +342,40 @@ TEST(Loss, pulls_a_channel_up_from_black) {
             EXPECT_LT(slope, 0);
             EXPECT_NEAR(by_a.data()[i], slope, 1e-2 * std::abs(slope)) << name_of(metric);
         }
+    }
+}
+
+// PoCL 3.1 aborts where three runs of one kernel overlap, the last of them the largest so far.
+TEST(Objective, of_four_files_of_growing_sizes_at_once_is_as_alone) {
+    constexpr std::size_t files = 4, sizes = 24;
+    const Structure structure = structure_named("kurt-plausible", 1, "", true);
+    const Material material = typical_material(structure);
+    const std::vector<std::vector<double>> candidates(64, theta_of(material)); // for long runs
+    std::array<Device, files> devices;
+    for (Device& own : devices) {
+        own = device();
+        own.queue = cl::CommandQueue(own.context, own.handle);
+    }
+    Samples samples = test::measured(material, 100000);
+    DeviceSamples smaller;
+    for (std::size_t size = 0; size < sizes; ++size) {
+        for (std::size_t k = 0; k < samples.count(); ++k)
+            samples.valid[k] = k % sizes <= size ? 1 : 0;
+        const DeviceSamples packed = pack_samples(device(), samples, 80, Metric::Ngan);
+        const auto sum = [&](const Device& own, const DeviceSamples& of) {
+            Objective objective(own, programs().get(structure, of.channels, of.chunk), of);
+            return objective.shape_sums(candidates).front().ss;
+        };
+        std::array<std::future<double>, files> at_once;
+        for (std::size_t i = 0; i < files && size > 0; ++i)
+            at_once[i] =
+                std::async(std::launch::async, sum, devices[i], i + 1 < files ? smaller : packed);
+        std::array<double, files> together{};
+        for (std::size_t i = 0; i < files && size > 0; ++i)
+            together[i] = at_once[i].get();
+        for (std::size_t i = 0; i < files && size > 0; ++i)
+            EXPECT_EQ(together[i], sum(devices[i], i + 1 < files ? smaller : packed));
+        smaller = packed;
     }
 }
 

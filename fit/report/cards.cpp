@@ -137,12 +137,13 @@ std::string cards_html(const Overview& overview, const ReportOptions& options,
     std::atomic<std::size_t> next{0};
     std::size_t done = 0;
     std::mutex telling;
+    DeviceTurns turns;
     parallel_pieces(std::min(count, cards_at_once), 1, [&](std::size_t, std::size_t) {
         std::optional<CardPictures> pictures;
         if (opened) {
             Device own = *opened;
             own.queue = cl::CommandQueue(own.context, own.handle);
-            pictures.emplace(own, options);
+            pictures.emplace(own, options, turns);
         }
         for (std::size_t m = next++; m < count; m = next++) {
             if (options.next) {

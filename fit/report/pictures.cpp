@@ -77,13 +77,16 @@ Curve polar_curve(const Device& device, const Shown& shown) {
     return curve;
 }
 
-Curve albedo_curve(const Device& device, const Shown& shown) {
+Curve albedo_curve(const Device& device, const Shown& shown, std::mutex& of_albedo) {
     Curve curve{shown.what, {}, {}};
     AlbedoGrid grid;
     grid.thetas = albedo_angles;
-    const Albedo known = shown.data != nullptr
-                             ? measured_albedo(shown.data->samples(), grid, albedo_tolerance)
-                             : albedo(device, *shown.fit, grid, albedo_tolerance);
+    const Albedo known = [&] {
+        if (shown.data != nullptr)
+            return measured_albedo(shown.data->samples(), grid, albedo_tolerance);
+        const std::lock_guard<std::mutex> turn(of_albedo);
+        return albedo(device, *shown.fit, grid, albedo_tolerance);
+    }();
     const std::size_t count = known.columns > 0 ? known.columns : known.count();
     for (std::size_t k = 0; k < count; ++k) {
         double sum = 0;
@@ -97,8 +100,8 @@ Curve albedo_curve(const Device& device, const Shown& shown) {
 
 } // namespace
 
-CardPictures::CardPictures(const Device& device, const ReportOptions& options)
-    : device_(device), options_(options) {
+CardPictures::CardPictures(const Device& device, const ReportOptions& options, DeviceTurns& turns)
+    : device_(device), options_(options), turns_(turns) {
     scene_.shapes = shapes_named("sphere", AROUND);
     scene_.environment = soft_box_environment();
     scene_.view.width = scene_.view.height = options.size;
@@ -125,7 +128,11 @@ std::string CardPictures::html_of(const std::string& name,
                 ? Renderer(device_, data, best != nullptr ? best->result.material : even_material(),
                            name)
                 : Renderer(device_, *shown.fit, name);
-        const Film film = renderer.render(scene_, settings);
+        const Film film = [&] {
+            const std::lock_guard<std::mutex> turn(shown.data != nullptr ? turns_.of_data
+                                                                         : turns_.of_material);
+            return renderer.render(scene_, settings);
+        }();
         shown.picture = toned(image_of(film), 0, Tone::Reinhard);
         std::string caption = shown.what;
         if (data && i == 0)
@@ -146,7 +153,7 @@ std::string CardPictures::html_of(const std::string& name,
         }
         polar.push_back(polar_curve(device_, shown));
         try {
-            albedos.push_back(albedo_curve(device_, shown));
+            albedos.push_back(albedo_curve(device_, shown, turns_.of_albedo));
         } catch (const InputError& error) {                       // of few scattered samples, say
             albedos.push_back({shown.what, {0}, {std::nan("")}}); // the others keep their colours
             unknown += fmt::format("; {}: {}", shown.what, error.what());

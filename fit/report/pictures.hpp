@@ -6,14 +6,21 @@
 #include "host/render/scene.hpp"
 
 #include <memory>
+#include <mutex>
 #include <string>
 
 namespace brdfit {
 
+/// Of cards made at once: held while kernels run whose launches differ in size, which PoCL 3.1
+/// takes for each other where three of one kernel overlap (see FitProgram).
+struct DeviceTurns {
+    std::mutex of_data, of_material, of_albedo;
+};
+
 /// Draws what a card shows, as HTML.
 class CardPictures {
   public:
-    CardPictures(const Device& device, const ReportOptions& options);
+    CardPictures(const Device& device, const ReportOptions& options, DeviceTurns& turns);
 
     /// A material's data (nullptr: missing), best and chosen fit (nullptr: none, or the same).
     std::string html_of(const std::string& name, const std::shared_ptr<const MeasuredBrdf>& data,
@@ -22,6 +29,7 @@ class CardPictures {
   private:
     Device device_;
     ReportOptions options_;
+    DeviceTurns& turns_;
     Scene scene_;
 };
 
