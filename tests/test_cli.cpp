@@ -103,6 +103,12 @@ TEST(Program, help_of_every_command_has_an_example_of_that_command) {
     }
 }
 
+TEST(Program, complaints_of_the_command_line_name_the_help_that_tells_more) {
+    test::expect_usage_error(run_program({"fit", "a.csv", "-m", "kurt", "--lobes", "9"}),
+                             "--lobes: Value 9 not in range 1 to 4; see brdfit fit --help\n");
+    test::expect_usage_error(run_program({}), "; see brdfit --help\n");
+}
+
 TEST(Program, help_of_a_command_is_its_help) {
     for (const std::vector<std::string>& command :
          {std::vector<std::string>{}, {"fit"}, {"eval"}}) {

@@ -11,9 +11,12 @@
 #include "host/error.hpp"
 #include "host/files/file.hpp"
 
+#include <algorithm>
+#include <array>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
 
 namespace brdfit::cli {
 
@@ -35,6 +38,11 @@ using bench::Task;
 constexpr std::size_t bytes_read = std::size_t{1} << 28;
 // The baselines are slow and steady: fewer runs do.
 constexpr bench::Repeats scalar_repeats{1, 3, 20, 0.1};
+
+/// Besides bench::works.
+constexpr std::array<std::string_view, 7> other_works{
+    bench::fit_work, bench::run_work,    bench::table_work, bench::read_work,
+    bench::rgl_work, bench::render_work, "compile"};
 
 bool wanted(const Options& options, const std::string& work) {
     return options.works.empty() ||
@@ -173,9 +181,8 @@ int bench_command(const Options& options, const Globals& globals) {
     if (!options.child.empty())
         return bench_as_child(open_device(globals.device), options);
     for (const std::string& work : options.works)
-        if (bench::find_work(work) == nullptr && work != bench::fit_work &&
-            work != bench::table_work && work != bench::run_work && work != bench::read_work &&
-            work != bench::rgl_work && work != bench::render_work && work != "compile")
+        if (bench::find_work(work) == nullptr &&
+            std::find(other_works.begin(), other_works.end(), work) == other_works.end())
             throw UsageError(fmt::format("--work {}: unknown; see brdfit bench --help", work));
     bench::problems(options.models);
     std::optional<OutputFile> json; // opened first: a path that cannot be written costs no time
@@ -211,9 +218,7 @@ void add_bench(CLI::App& app, const Globals& globals, Action& action) {
     command
         ->add_option(
             "--work", options->works,
-            fmt::format(
-                "with commas, of {}fit, run, table, read, rgl, render, compile; default: all",
-                names))
+            fmt::format("with commas, of {}{}; default: all", names, fmt::join(other_works, ", ")))
         ->delimiter(',')
         ->allow_extra_args(false);
     command->add_option("--json", options->json, "file to write the results to, as JSON");

@@ -153,6 +153,14 @@ std::string unknown_command(const CLI::App& app) {
     return "";
 }
 
+/// What was begun: brdfit bench sampling, say.
+std::string parsed_command(const CLI::App& app) {
+    std::string command = app.get_parent() == nullptr ? "brdfit" : app.get_name();
+    for (const CLI::App* below : app.get_subcommands())
+        command += " " + parsed_command(*below);
+    return command;
+}
+
 } // namespace
 
 int run(int argc, char** argv) {
@@ -203,8 +211,11 @@ int run(int argc, char** argv) {
             spdlog::error("{}: no such command; known: {}", name, known_commands(app, name));
             return wrong_usage;
         }
-        if (app.exit(error) != 0)
+        if (error.get_exit_code() != 0) {
+            spdlog::error("{}; see {} --help", error.what(), parsed_command(app));
             return wrong_usage;
+        }
+        app.exit(error);
         try {
             flush_results(); // help
         } catch (const InputError& unwritten) {

@@ -80,14 +80,22 @@ Outcome interrupted(const std::vector<std::string>& arguments, const std::filesy
     });
 }
 
-void expect_usage_error(const Outcome& outcome, const std::string& says) {
-    EXPECT_EQ(outcome.status, 2) << outcome.err;
+namespace {
+
+void expect_error(const Outcome& outcome, int status, const std::string& says) {
+    EXPECT_EQ(outcome.status, status) << outcome.err;
+    EXPECT_NE(outcome.err.find("brdfit: error: "), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
 }
 
+} // namespace
+
+void expect_usage_error(const Outcome& outcome, const std::string& says) {
+    expect_error(outcome, 2, says);
+}
+
 void expect_input_error(const Outcome& outcome, const std::string& says) {
-    EXPECT_EQ(outcome.status, 1) << outcome.err;
-    EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+    expect_error(outcome, 1, says);
 }
 
 } // namespace brdfit::test
