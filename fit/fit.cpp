@@ -229,7 +229,7 @@ std::vector<StartingPoint> FileFitter::searched_starts(const Structure& structur
     for (const Model* lobe : structure.lobes)
         single.push_back(
             &thinned_objective(Structure{structure.diffuse, {lobe}, structure.isotropic}));
-    const GramProgram gram = [this]() -> const cl::Program& { return programs_.gram(); };
+    const GramProgram gram = [this]() -> const SharedProgram& { return programs_.gram(); };
     std::vector<StartingPoint> starts =
         search_shapes(device_, gram, single, space, partial,
                       structure.lobes.size() == 1 ? single_lobe_starts : several_lobe_starts);

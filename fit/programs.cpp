@@ -42,10 +42,11 @@ std::shared_ptr<const FitProgram> ProgramCache::get(const Structure& structure, 
     return program;
 }
 
-const cl::Program& ProgramCache::gram() {
-    return gram_.get("", [&] {
+const SharedProgram& ProgramCache::gram() {
+    return *gram_.get("", [&] {
         const auto started = std::chrono::steady_clock::now();
-        cl::Program program = build_gram_program(device_);
+        auto program = std::make_shared<SharedProgram>();
+        program->program = build_gram_program(device_);
         seconds_->add(seconds_since(started));
         return program;
     });

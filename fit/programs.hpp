@@ -27,15 +27,19 @@ class BuildSeconds {
     std::map<std::thread::id, double> seconds_;
 };
 
-/// A program for fitting one structure to files of some number of channels.
-struct FitProgram {
-    Structure structure;
-    StructureLayout layout;
+/// A program that several queues of a device run.
+struct SharedProgram {
     cl::Program program;
-    std::shared_ptr<BuildSeconds> build_seconds; ///< for first runs of its kernels
     /// Held while one of its kernels runs: PoCL 3.1 aborts (pocl_release_dlhandle_cache) where
     /// three runs of one kernel overlap, the last of them the largest so far.
     mutable std::mutex running;
+};
+
+/// A program for fitting one structure to files of some number of channels.
+struct FitProgram : SharedProgram {
+    Structure structure;
+    StructureLayout layout;
+    std::shared_ptr<BuildSeconds> build_seconds; ///< for first runs of its kernels
 };
 
 /// Builds each program once for a device. Safe to call from several threads.
@@ -47,7 +51,7 @@ class ProgramCache {
     /// throws: what cannot be built fails there.
     void build_ahead(const Structure& structure, int channels, int chunk) noexcept;
     /// Products of rows, for the global search.
-    const cl::Program& gram();
+    const SharedProgram& gram();
     /// Albedos of a component: of the lobe, or of the diffuse shape where one is given, which may
     /// go with the lobe. See AlbedoIntegrator; not for models that need a table.
     std::vector<AlbedoValue> albedos(const Model* diffuse, const Model* lobe,
@@ -61,7 +65,7 @@ class ProgramCache {
 
     const Device& device_;
     MadeOnce<std::shared_ptr<const FitProgram>> programs_;
-    MadeOnce<cl::Program> gram_;
+    MadeOnce<std::shared_ptr<const SharedProgram>> gram_;
     std::mutex albedo_mutex_;
     std::map<std::pair<const Model*, const Model*>, AlbedoIntegrator> integrators_;
     std::shared_ptr<BuildSeconds> seconds_ = std::make_shared<BuildSeconds>();

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <mutex>
 #include <numeric>
 
 namespace brdfit {
@@ -66,7 +65,7 @@ class Search {
     Range add_grid(Objective& objective, const Space& space, bool several);
     Combination add_given(const PartialFit& fit, const std::vector<Objective*>& single);
     int add_shape(Shape shape, bool mixed);
-    void fill_gram(const Device& device, const cl::Program& gram_program,
+    void fill_gram(const Device& device, const SharedProgram& gram_program,
                    const std::vector<Objective*>& single);
     void fill_gram_of_one_lobe(Objective& objective);
     double inner(const Column& a, const Column& b) const;
@@ -238,7 +237,7 @@ int Search::add_shape(Shape shape, bool mixed) {
     return static_cast<int>(shapes_.size()) - 1;
 }
 
-void Search::fill_gram(const Device& device, const cl::Program& gram_program,
+void Search::fill_gram(const Device& device, const SharedProgram& gram_program,
                        const std::vector<Objective*>& single) {
     const DeviceSamples& samples = single.front()->samples();
     const std::size_t tiles = (static_cast<std::size_t>(rows_) + tile - 1) / tile;
@@ -267,12 +266,11 @@ void Search::fill_gram(const Device& device, const cl::Program& gram_program,
     const auto local = static_cast<std::size_t>(device.form.local_size);
     const std::size_t outputs = tiles * tiles * samples.groups * tile * tile;
     const cl::Buffer out = make_buffer(device, outputs * sizeof(float), CL_MEM_WRITE_ONLY);
-    cl::Kernel kernel(gram_program, "gram");
+    cl::Kernel kernel(gram_program.program, "gram");
     kernel.setArg(0, rows);
     kernel.setArg(1, static_cast<cl_uint>(samples.stride / width));
     kernel.setArg(2, out);
-    static std::mutex running; // as FitProgram::running
-    const std::lock_guard<std::mutex> lock(running);
+    const std::lock_guard<std::mutex> lock(gram_program.running);
     device.queue.enqueueNDRangeKernel(kernel, cl::NullRange,
                                       cl::NDRange(tiles * local, tiles, samples.groups),
                                       cl::NDRange(local, 1, 1));

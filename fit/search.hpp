@@ -22,7 +22,7 @@ struct PartialFit {
 };
 
 /// Gives the program of kernels/passes/gram.cl; called where there are several lobes.
-using GramProgram = std::function<const cl::Program&()>;
+using GramProgram = std::function<const SharedProgram&()>;
 
 /// Global search over a grid of lobe shapes on thinned samples.
 ///

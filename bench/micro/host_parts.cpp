@@ -101,7 +101,7 @@ void search(benchmark::State& state) {
     Objective objective(device(), programs.get(single, packed.channels, packed.chunk), thinned);
     const std::vector<Objective*> objectives(static_cast<std::size_t>(lobes), &objective);
     const Space space(structure.lobes, true, {});
-    const GramProgram gram = [&]() -> const cl::Program& { return programs.gram(); };
+    const GramProgram gram = [&]() -> const SharedProgram& { return programs.gram(); };
     for (auto _ : state)
         benchmark::DoNotOptimize(
             search_shapes(device(), gram, objectives, space, {}, 6).front().squared_error);

@@ -11,8 +11,8 @@
 
 namespace brdfit {
 
-/// Of cards made at once: held while kernels run whose launches differ in size, which PoCL 3.1
-/// takes for each other where three of one kernel overlap (see FitProgram).
+/// Of cards made at once: held while kernels run whose runs differ in size
+/// (SharedProgram::running).
 struct DeviceTurns {
     std::mutex of_data, of_material, of_albedo;
 };
