@@ -17,8 +17,8 @@ namespace brdfit::fuzz {
 /// Path of a file in memory with these bytes, in place of the input before.
 const std::string& input_file(const std::uint8_t* data, std::size_t size);
 
-/// Whether this input is the one in `count` that is given what takes long. Of the bytes, so that an
-/// input is treated the same each time.
+/// Whether this input is the one in `count` that is given what takes long, once. Of the bytes, so
+/// that another run does the same.
 bool one_in(std::uint32_t count, const std::uint8_t* data, std::size_t size);
 
 /// A new folder, for files that inputs name; what makes it removes it ($TMPDIR is where it stands).
