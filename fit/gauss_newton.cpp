@@ -23,6 +23,8 @@ GaussNewton gauss_newton(const NormalSums& sums, const StructureLayout& layout,
 
 Eigen::MatrixXd projected(const GaussNewton& sums, const Coefficients& a) {
     Eigen::MatrixXd curvature = sums.theta;
+    if (curvature.size() == 0) // no lobe; Eigen would refer to what an empty matrix has not
+        return curvature;
     for (Eigen::Index ch = 0; ch < a.rows(); ++ch) {
         std::vector<Eigen::Index> used;
         for (Eigen::Index j = 0; j < a.cols(); ++j)
