@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <future>
 #include <gtest/gtest.h>
 #include <random>
@@ -357,25 +358,29 @@ TEST(Objective, of_four_files_of_growing_sizes_at_once_is_as_alone) {
         own.queue = cl::CommandQueue(own.context, own.handle);
     }
     Samples samples = test::measured(material, 100000);
-    DeviceSamples smaller;
-    for (std::size_t size = 0; size < sizes; ++size) {
+    const auto packed = [&](std::size_t size) {
         for (std::size_t k = 0; k < samples.count(); ++k)
-            samples.valid[k] = k % sizes <= size ? 1 : 0;
-        const DeviceSamples packed = pack_samples(device(), samples, 80, Metric::Ngan);
-        const auto sum = [&](const Device& own, const DeviceSamples& of) {
-            Objective objective(own, programs().get(structure, of.channels, of.chunk), of);
-            return objective.shape_sums(candidates).front().ss;
-        };
+            samples.valid[k] = k % sizes < size ? 1 : 0;
+        return pack_samples(device(), samples, 80, Metric::Ngan);
+    };
+    const auto sum = [&](const Device& own, const DeviceSamples& of) {
+        Objective objective(own, programs().get(structure, of.channels, of.chunk), of);
+        return objective.shape_sums(candidates).front().ss;
+    };
+    DeviceSamples small = packed(1);
+    for (std::size_t size = 2; size <= sizes; ++size) {
+        const DeviceSamples large = packed(size);
+        const std::array<const DeviceSamples*, files> of{&small, &small, &small, &large};
         std::array<std::future<double>, files> at_once;
-        for (std::size_t i = 0; i < files && size > 0; ++i)
+        for (std::size_t i = 0; i < files; ++i)
             at_once[i] =
-                std::async(std::launch::async, sum, devices[i], i + 1 < files ? smaller : packed);
+                std::async(std::launch::async, sum, std::cref(devices[i]), std::cref(*of[i]));
         std::array<double, files> together{};
-        for (std::size_t i = 0; i < files && size > 0; ++i)
+        for (std::size_t i = 0; i < files; ++i)
             together[i] = at_once[i].get();
-        for (std::size_t i = 0; i < files && size > 0; ++i)
-            EXPECT_EQ(together[i], sum(devices[i], i + 1 < files ? smaller : packed));
-        smaller = packed;
+        for (std::size_t i = 0; i < files; ++i)
+            EXPECT_EQ(together[i], sum(devices[i], *of[i]));
+        small = large;
     }
 }
 

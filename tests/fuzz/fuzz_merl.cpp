@@ -8,7 +8,7 @@ using namespace brdfit;
 
 namespace {
 
-/// One in so many is given as a whole file, which takes as long as all the others.
+/// One in so many is given as a whole file, which takes as long as thousands of others.
 constexpr std::uint32_t between_whole_ones = 4096;
 
 } // namespace
