@@ -9,6 +9,7 @@
 #include "host/evaluate/synthesise.hpp"
 #include "host/model/structure.hpp"
 #include "host/version.hpp"
+#include "tests/support/cli.hpp"
 #include "tests/support/reference_models.hpp"
 #include "tests/support/support.hpp"
 
@@ -274,6 +275,8 @@ TEST(Bench, says_what_binds) {
 TEST(Bench, refuses_bad_command_lines) {
     EXPECT_EQ(run_program({"bench", "-m", "phong"}).status, 2);
     EXPECT_EQ(run_program({"bench", "--work", "everything"}).status, 2);
+    test::expect_usage_error(run_program({"bench", "--work", "read,render", "-m", "kurt"}),
+                             "--model: --work read,render is of no model");
     EXPECT_EQ(run_program({"bench", "--device", "no such device"}).status, 2);
     EXPECT_EQ(run_program({"bench", "-m", "lambert", "--json", "/no/such/folder/x.json"}).status,
               1);

@@ -49,6 +49,23 @@ bool wanted(const Options& options, const std::string& work) {
            std::find(options.works.begin(), options.works.end(), work) != options.works.end();
 }
 
+// Whether any work that is wanted is of a model.
+bool model_wanted(const Options& options) {
+    return wanted(options, bench::table_work) ||
+           std::any_of(std::begin(bench::works), std::end(bench::works),
+                       [&](const bench::Work& work) { return wanted(options, work.name); });
+}
+
+// The models to measure. Throws UsageError where one is unknown, or named though no work takes it.
+std::vector<Problem> wanted_problems(const Options& options) {
+    if (model_wanted(options))
+        return bench::problems(options.models);
+    if (!options.models.empty())
+        throw UsageError(
+            fmt::format("--model: --work {} is of no model", fmt::join(options.works, ",")));
+    return {};
+}
+
 // Runs the tasks that are wanted.
 void measure_tasks(const Options& options, const std::vector<Task>& tasks,
                    const std::string& device, int threads, const bench::Repeats& repeats,
@@ -66,7 +83,7 @@ int bench_as_child(const Device& device, const Options& options) {
     const std::vector<bench::ScalarSample> samples = bench::scalar_samples(data);
     bench::Measured measured;
     std::vector<bench::Result>& results = measured.results;
-    for (const Problem& problem : bench::problems(options.models)) {
+    for (const Problem& problem : wanted_problems(options)) {
         measure_tasks(options, bench::scalar_tasks(problem, samples), bench::baseline, 1,
                       scalar_repeats, results);
         measure_tasks(options, {bench::precomputed_task(problem, samples)},
@@ -121,7 +138,7 @@ void append(bench::Measured& to, const bench::Measured& from) {
 
 void measure_device(const Device& device, const Options& options, const Globals& globals,
                     bench::Report& report) {
-    const std::vector<Problem> problems = bench::problems(options.models);
+    const std::vector<Problem> problems = wanted_problems(options);
     Progress progress(problems.size() + 7, globals.quiet);
     std::size_t done = 0;
     const Samples data = bench::data_of(device, options.samples);
@@ -184,7 +201,7 @@ int bench_command(const Options& options, const Globals& globals) {
         if (bench::find_work(work) == nullptr &&
             std::find(other_works.begin(), other_works.end(), work) == other_works.end())
             throw UsageError(fmt::format("--work {}: unknown; see brdfit bench --help", work));
-    bench::problems(options.models);
+    wanted_problems(options);
     std::optional<OutputFile> json; // opened first: a path that cannot be written costs no time
     if (!options.json.empty())
         json.emplace(options.json);
